@@ -1,0 +1,1 @@
+"""What a motion takes: loads, inverse dynamics with redundant drives, trajectories, sizing."""

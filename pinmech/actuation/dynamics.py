@@ -1,0 +1,279 @@
+"""Inverse and forward dynamics of a closed mechanism at one state.
+
+Along the feasible motions the closure forces do no work. So with P the joint motion per output
+rate and τ = rnea + friction − Jᵀw what the open tree needs, the drive's torques u fulfil
+(S P)ᵀ u = Pᵀ τ: exact for every closure type, for redundant closure rows and redundant drives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from pinmech.actuation.loads import Loads, friction_forces, loaded_model
+from pinmech.actuation.sharing import check_sharing, share
+from pinmech.errors import InputError, SingularError, UnknownNameError
+from pinmech.kinematics.arguments import Values, closed, numbers, vector
+from pinmech.kinematics.motion import Motions, motions_at
+from pinmech.kinematics.rates import acceleration_at, output_motion_at
+from pinmech.kinematics.scaling import frame_twist, rank_of, velocity_scale
+from pinmech.kinematics.state import ClosedState
+from pinmech.mechanism.closures import (
+    ClosureSystem,
+    constraint_dynamics,
+    relative_placement,
+    row_wrenches,
+)
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class InverseDynamics:
+    """What a motion takes at one state.
+
+    Attributes:
+        torques: actuator of the drive -> torque [N·m] or force [N].
+        preload_basis: (n_drive, k) orthonormal torque sets that change nothing but the preload.
+        reactions: loop -> (6,) force [N] above moment [N·m] that the body of the loop's first
+            frame exerts on that of the second, at the second frame's origin, axes of the first.
+        reactions_unique: loop -> (6,) bool: False where the closures of an overconstrained
+            mechanism do not determine that component; then the least-norm choice is given.
+        velocity, acceleration: (nv,) of the joints [rad/s, m/s; rad/s², m/s²].
+        generalised_force: (n_out,) force that the drive balances, per output [N·m or N].
+    """
+
+    torques: Mapping[str, float]
+    preload_basis: Array
+    reactions: Mapping[str, Array]
+    reactions_unique: Mapping[str, Array]
+    velocity: Array
+    acceleration: Array
+    generalised_force: Array
+
+
+def inverse_dynamics(
+    state: ClosedState,
+    output_rates: Values,
+    output_accelerations: Values,
+    *,
+    drive: str | None = None,
+    sharing: str = "min_norm",
+    loads: Loads | None = None,
+) -> InverseDynamics:
+    """Torques of a drive that produce a motion, and the closure forces that go with them.
+
+    Args:
+        state: a closed state.
+        output_rates: (n_out,) [rad/s, m/s]; of an orientation, the angular velocity, base axes.
+        output_accelerations: (n_out,) [rad/s², m/s²].
+        drive: name of a drive; default the largest.
+        sharing: for redundant drives, ``min_norm`` (least sum of squares) or ``weighted`` (least
+            sum of squares relative to the effort limits of the URDF).
+        loads: gravity, payload, external wrench; default 9.81 m/s² downwards (-z) alone.
+
+    Raises:
+        SingularError: ``type1``: the output motion does not determine the joints'; ``type2``: the
+            drive cannot produce the motion here; the message names the part left unbalanced.
+        InputError, UnknownNameError: malformed arguments.
+    """
+    mechanism = closed(state).mechanism
+    rates = vector(output_rates, mechanism.outputs, "output rate")
+    accelerations = vector(output_accelerations, mechanism.outputs, "output acceleration")
+    names, coordinates = mechanism.drive(drive), mechanism.drive_coordinates(drive)
+    scales = np.array([mechanism.actuators[name].scale for name in names])
+    weights = check_sharing(sharing, drive_limits(mechanism, names))
+    loads = loads if loads is not None else Loads()
+    model = loaded_model(mechanism, loads)
+    with mechanism.scratch() as system:
+        system.evaluate(state.q)
+        found = motions_at(mechanism, system)
+        motion = output_motion_at(mechanism, system, found).per_output
+        wrench = _external(mechanism, system, loads)
+        jacobian = np.array(system.jacobian())
+        v = motion @ rates
+        a = acceleration_at(mechanism, system, state.q, v, motion, accelerations)
+        placements = {
+            name: relative_placement(loop, system.data) for name, loop in mechanism.loops.items()
+        }
+    data = model.createData()
+    if found.idle.shape[1]:
+        a = a + _idle_acceleration(mechanism, model, data, found, state.q, v, a, wrench)
+    required = np.array(pin.rnea(model, data, state.q, v, a))
+    required += friction_forces(mechanism, v) - wrench
+    force = motion.T @ required
+    shared = share(motion[coordinates].T * scales, force, weights)
+    # Rounding is relative to what cancels in the sum, not to the sum.
+    size = (np.abs(motion).T @ np.abs(required)).max()
+    if np.abs(shared.unbalanced).max(initial=0.0) > 1e-9 * size:
+        raise SingularError(
+            "type2", unbalanced_message(mechanism, names, shared.unbalanced), shared.distance
+        )
+    effort = np.zeros(model.nv)
+    effort[coordinates] = scales * shared.torques
+    reactions, unique = _reactions(mechanism, jacobian, placements, required - effort)
+    return InverseDynamics(
+        torques={name: float(u) for name, u in zip(names, shared.torques, strict=True)},
+        preload_basis=shared.preload,
+        reactions=reactions,
+        reactions_unique=unique,
+        velocity=v,
+        acceleration=a,
+        generalised_force=force,
+    )
+
+
+def drive_limits(mechanism: Mechanism, names: tuple[str, ...]) -> Array:
+    """(n_drive,) effort limits at the actuators [N·m or N]; inf where the URDF gives none."""
+    chosen = [mechanism.actuators[name] for name in names]
+    return np.array([a.effort / abs(a.scale) for a in chosen])
+
+
+def unbalanced_message(mechanism: Mechanism, names: tuple[str, ...], unbalanced: Array) -> str:
+    """Says which part of the demanded force a drive leaves unbalanced."""
+    parts = ", ".join(
+        f"{value:.4g} {'N·m' if angular else 'N'} in {name}"
+        for name, value, angular in zip(
+            mechanism.outputs, unbalanced, mechanism.outputs.angular, strict=True
+        )
+        if abs(value) > 1e-9 * np.abs(unbalanced).max()
+    )
+    return (
+        f"type 2 singularity: {', '.join(names)} cannot produce this motion; unbalanced: {parts}"
+    )
+
+
+def _external(mechanism: Mechanism, system: ClosureSystem, loads: Loads) -> Array:
+    """(nv,) joint forces equivalent to the external wrench at the last evaluated q."""
+    if not any(loads.wrench):
+        return np.zeros(mechanism.model.nv)
+    return frame_twist(mechanism, system, mechanism.platform_frame).T @ np.array(loads.wrench)
+
+
+def _idle_acceleration(
+    mechanism: Mechanism,
+    model: pin.Model,
+    data: pin.Data,
+    found: Motions,
+    q: Array,
+    v: Array,
+    a: Array,
+    wrench: Array,
+) -> Array:
+    """(nv,) what the idle motions do by themselves: no actuator and no closure acts on them."""
+    idle = found.idle * velocity_scale(mechanism)[:, None]
+    required = pin.rnea(model, data, q, v, a) + friction_forces(mechanism, v) - wrench
+    mass = pin.crba(model, data, q)
+    mass = np.triu(mass) + np.triu(mass, 1).T
+    return -idle @ np.linalg.solve(idle.T @ mass @ idle, idle.T @ required)
+
+
+def _reactions(
+    mechanism: Mechanism,
+    jacobian: Array,
+    placements: Mapping[str, pin.SE3],
+    unbalanced: Array,
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Closure wrenches from Kᵀ λ = what is left, and which components Kᵀ determines."""
+    scale = velocity_scale(mechanism)
+    scaled = jacobian * (scale / mechanism.length)
+    u, values, vt = np.linalg.svd(scaled)
+    rank = rank_of(values)
+    # Kᵀ λ = r with K = length · scaled / scale: the least-norm multipliers [N].
+    right = vt[:rank] @ (scale * unbalanced)
+    multipliers = u[:, :rank] @ (right / values[:rank]) / mechanism.length
+    undetermined = u[:, rank:]
+    reactions, unique = {}, {}
+    for name, loop in mechanism.loops.items():
+        wrenches = row_wrenches(loop, placements[name], mechanism.length)
+        reactions[name] = wrenches @ multipliers[loop.rows]
+        sizes = np.array([1.0] * 3 + [1.0 / mechanism.length] * 3)
+        free = np.abs(sizes[:, None] * (wrenches @ undetermined[loop.rows]))
+        unique[name] = free.max(axis=1, initial=0.0) < 1e-6
+    return reactions, unique
+
+
+def forward_dynamics(
+    state: ClosedState,
+    velocity: Values | Array,
+    torques: Mapping[str, float],
+    *,
+    loads: Loads | None = None,
+    method: str = "reduced",
+) -> Array:
+    """Joint accelerations (nv,) [rad/s², m/s²] under given torques.
+
+    Args:
+        state: a closed state.
+        velocity: (nv,) joint velocities that close the loops [rad/s, m/s], as ``pm.velocity``
+            gives them.
+        torques: actuator -> torque [N·m] or force [N]; actuators left out exert none.
+        loads: as for :func:`inverse_dynamics`.
+        method: ``reduced``, the equations NᵀMN u̇ = … on the tangent space (exact for every
+            closure type and for redundant rows), or ``constraintDynamics``, Pinocchio's
+            algorithm (spherical closures of full rank only).
+
+    Raises:
+        InputError, UnknownNameError: malformed arguments, or a velocity that opens a loop.
+    """
+    mechanism = closed(state).mechanism
+    loads = loads if loads is not None else Loads()
+    v = numbers(velocity, "velocity")
+    if v.shape != (mechanism.model.nv,) or not np.isfinite(v).all():
+        raise InputError(f"velocity must be {mechanism.model.nv} finite numbers, has {v.shape}")
+    effort = np.zeros(mechanism.model.nv)
+    names = tuple(torques)
+    for name, value in zip(names, _known(mechanism, torques), strict=True):
+        actuator = mechanism.actuators[name]
+        effort[actuator.coordinate] += actuator.scale * value
+    if method not in ("reduced", "constraintDynamics"):
+        raise InputError(f"unknown method {method!r}; known: reduced, constraintDynamics")
+    model = loaded_model(mechanism, loads)
+    with mechanism.scratch() as system:
+        system.evaluate(state.q)
+        k = np.array(system.jacobian())
+        wrench = _external(mechanism, system, loads)
+        gamma = system.drift(state.q, v)
+    opening = np.abs(k @ v).max(initial=0.0)
+    if opening > 1e-6 * mechanism.length * max(1.0, np.abs(v).max()):
+        raise InputError(f"the velocity opens the loops ({opening:.2g} m/s); use pm.velocity")
+    tau = effort + wrench - friction_forces(mechanism, v)
+    if method == "constraintDynamics":
+        loops = tuple(mechanism.loops.values())
+        return constraint_dynamics(model, loops, mechanism.length, state.q, v, tau)
+    return reduced_acceleration(mechanism, model, model.createData(), state.q, v, tau, k, gamma)
+
+
+def _known(mechanism: Mechanism, torques: Mapping[str, float]) -> Array:
+    for name in torques:
+        if name not in mechanism.actuators:
+            raise UnknownNameError("actuator", str(name), mechanism.actuators)
+    return vector(list(torques.values()), tuple(torques), "torque")
+
+
+def reduced_acceleration(
+    mechanism: Mechanism,
+    model: pin.Model,
+    data: pin.Data,
+    q: Array,
+    v: Array,
+    tau: Array,
+    k: Array,
+    gamma: Array,
+) -> Array:
+    """(nv,) a with NᵀM(N u̇ + a0) + Nᵀ(nle − τ) = 0, where a = N u̇ + a0 and K a0 = −γ."""
+    scale = velocity_scale(mechanism)
+    scaled = k * (scale / mechanism.length)
+    u, values, vt = np.linalg.svd(scaled)
+    rank = rank_of(values)
+    particular = -vt[:rank].T @ ((u[:, :rank].T @ gamma) / mechanism.length / values[:rank])
+    a0, n = scale * particular, vt[rank:].T * scale[:, None]
+    mass = pin.crba(model, data, q)
+    mass = np.triu(mass) + np.triu(mass, 1).T
+    bias = pin.nonLinearEffects(model, data, q, v)
+    rate = np.linalg.solve(n.T @ mass @ n, n.T @ (tau - bias - mass @ a0))
+    return n @ rate + a0

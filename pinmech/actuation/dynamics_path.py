@@ -1,0 +1,283 @@
+"""Inverse dynamics along a path: arrays in, arrays out, and singularities between the samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+from scipy.linalg import lapack
+
+from pinmech.actuation.dynamics import drive_limits, inverse_dynamics, unbalanced_message
+from pinmech.actuation.loads import FRICTION_SPEED, Loads, loaded_model
+from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
+from pinmech.errors import InputError, SingularError
+from pinmech.kinematics.branch import fully_labelled, labelled
+from pinmech.kinematics.rates import check_rates, inverse_jacobian
+from pinmech.kinematics.scaling import frame_twist
+from pinmech.kinematics.solution import Path
+from pinmech.mechanism.closures import ClosureSystem
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+Progress = Callable[[int, int], None]
+
+#: Points between two samples at which the interpolated drive Jacobian is examined.
+_BETWEEN = 16
+
+
+@dataclass(frozen=True)
+class DynamicsPath:
+    """Inverse dynamics along a path of N poses for one drive. Rows that failed are NaN.
+
+    Attributes:
+        mechanism: the mechanism.
+        drive: name of the drive.
+        actuators: names of its actuators.
+        success: (N,) bool.
+        status: (N,) texts: ``ok``, ``singular``, or the status of the path's row.
+        torques: (N, n_drive) [N·m or N].
+        actuator_rates: (N, n_drive) [rad/s or m/s].
+        generalised_force: (N, n_out) force that the drive balances, per output [N·m or N].
+        drive_jacobian: (N, n_drive, n_out) actuator rates per output rate.
+        crossings: rows k such that the drive passes a type 2 singularity between k and k + 1.
+        messages: row -> reason, for the rows that failed.
+    """
+
+    mechanism: Mechanism
+    drive: str
+    actuators: tuple[str, ...]
+    success: Array
+    status: Array
+    torques: Array
+    actuator_rates: Array
+    generalised_force: Array
+    drive_jacobian: Array
+    crossings: tuple[int, ...]
+    messages: dict[int, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.success)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a motion demands, before a drive is chosen. Rows that failed are NaN.
+
+    Attributes:
+        actuator_jacobian: (N, n_act, n_out) actuator rates per output rate.
+        force: (N, n_out) generalised force per output [N·m or N].
+        magnitude: (N,) size of the terms that cancel in ``force``, for telling rounding from load.
+        status: (N,) texts.
+        messages: row -> reason.
+    """
+
+    actuator_jacobian: Array
+    force: Array
+    magnitude: Array
+    status: Array
+    messages: dict[int, str]
+
+
+def inverse_dynamics_path(
+    mechanism: Mechanism,
+    path: Path,
+    rates: object,
+    accelerations: object,
+    *,
+    drive: str | None = None,
+    sharing: str = "min_norm",
+    loads: Loads | None = None,
+    progress: Progress | None = None,
+) -> DynamicsPath:
+    """Torques of a drive along a path.
+
+    Args:
+        mechanism: the mechanism.
+        path: from :func:`pinmech.inverse_path`; its failed rows fail here too.
+        rates, accelerations: (N, n_out) of the outputs [rad/s, m/s; rad/s², m/s²].
+        drive, sharing, loads: as for :func:`pinmech.inverse_dynamics`.
+        progress: called with (poses done, N) now and then.
+
+    Raises:
+        InputError, UnknownNameError: malformed arguments.
+    """
+    demand = demand_path(mechanism, path, rates, accelerations, loads=loads, progress=progress)
+    return share_path(mechanism, path, demand, rates, drive=drive, sharing=sharing)
+
+
+def demand_path(
+    mechanism: Mechanism,
+    path: Path,
+    rates: object,
+    accelerations: object,
+    *,
+    loads: Loads | None = None,
+    progress: Progress | None = None,
+) -> Demand:
+    """What the motion demands of whichever drive: compute once, then share among drives."""
+    if path.mechanism.joints != mechanism.joints:
+        raise InputError(f"the path belongs to another mechanism, {path.mechanism.name}")
+    count = len(path)
+    rate = check_rates(mechanism, rates, count, "rates")
+    acceleration = check_rates(mechanism, accelerations, count, "accelerations")
+    loads = loads if loads is not None else Loads()
+    outputs = len(mechanism.outputs)
+    jacobian = np.full((count, len(mechanism.actuators), outputs), np.nan)
+    force, magnitude = np.full((count, outputs), np.nan), np.full(count, np.nan)
+    status, messages = path.status.copy(), dict(path.messages)
+    lean = mechanism.outputs.kind == "joints" and fully_labelled(mechanism)
+    with mechanism.scratch() as system:
+        worker = _Lean(mechanism, system, loads) if lean else None
+        for k in range(count):
+            if progress is not None and k % 256 == 0:
+                progress(k, count)
+            if not path.success[k]:
+                continue
+            if not (np.isfinite(rate[k]).all() and np.isfinite(acceleration[k]).all()):
+                status[k], messages[k] = "bad_input", "rates or accelerations are not finite"
+                continue
+            if worker is not None and worker.solve(path.q[k], rate[k], acceleration[k]):
+                jacobian[k], force[k], magnitude[k] = worker.jacobian, worker.force, worker.size
+                continue
+            try:
+                state = path.state(k)
+                jacobian[k] = inverse_jacobian(state)
+                free = Loads() if loads is None else loads
+                answer = inverse_dynamics(state, rate[k], acceleration[k], drive=None, loads=free)
+                force[k] = answer.generalised_force
+                magnitude[k] = max(1e-300, float(np.abs(force[k]).max()))
+            except SingularError as trouble:
+                status[k], messages[k] = "singular", str(trouble)
+    if progress is not None:
+        progress(count, count)
+    return Demand(jacobian, force, magnitude, status, messages)
+
+
+def share_path(
+    mechanism: Mechanism,
+    path: Path,
+    demand: Demand,
+    rates: object,
+    *,
+    drive: str | None = None,
+    sharing: str = "min_norm",
+) -> DynamicsPath:
+    """Share a demand among the actuators of a drive; find the singularities on the way."""
+    names = mechanism.drive(drive)
+    label = drive if drive is not None else _name_of(mechanism, names)
+    weights = check_sharing(sharing, drive_limits(mechanism, names))
+    every = tuple(mechanism.actuators)
+    jacobian = demand.actuator_jacobian[:, [every.index(name) for name in names], :]
+    rate = np.asarray(rates, dtype=float)
+    status, messages = demand.status.copy(), dict(demand.messages)
+    valid = status == "ok"
+    torques = np.full((len(path), len(names)), np.nan)
+    if valid.any():
+        a = np.swapaxes(jacobian[valid], 1, 2) * weights
+        u, values, vt = np.linalg.svd(a, full_matrices=False)
+        kept = values > DRIVE_RANK * values[:, :1]
+        along = np.einsum("nij,ni->nj", u, demand.force[valid])
+        torques[valid] = weights * np.einsum(
+            "nji,nj->ni", vt, np.where(kept, along / np.where(kept, values, 1.0), 0.0)
+        )
+        inside = np.einsum("nij,nj->ni", u, np.where(kept, along, 0.0))
+        left = demand.force[valid] - inside
+        bad = np.abs(left).max(axis=1) > 1e-9 * demand.magnitude[valid]
+        for row, unbalanced in zip(np.flatnonzero(valid)[bad], left[bad], strict=True):
+            status[row] = "singular"
+            messages[int(row)] = unbalanced_message(mechanism, names, unbalanced)
+            torques[row] = np.nan
+    return DynamicsPath(
+        mechanism=mechanism,
+        drive=label,
+        actuators=names,
+        success=status == "ok",
+        status=status,
+        torques=torques,
+        actuator_rates=np.einsum("nij,nj->ni", jacobian, rate),
+        generalised_force=demand.force,
+        drive_jacobian=jacobian,
+        crossings=type2_crossings(jacobian),
+        messages=messages,
+    )
+
+
+def _name_of(mechanism: Mechanism, names: tuple[str, ...]) -> str:
+    return next(name for name, members in mechanism.drives.items() if members == names)
+
+
+def type2_crossings(jacobian: Array) -> tuple[int, ...]:
+    """Rows k of (N, n_drive, n_out) drive Jacobians with a type 2 singularity between k and k+1.
+
+    Between two samples the Jacobian is interpolated linearly: exact to second order in the step.
+    It is singular where a singular value vanishes: seen as a change of sign of
+    det(J(t)ᵀ J(t')) between neighbouring points, so a pair of crossings is seen too.
+    """
+    if len(jacobian) < 2:
+        return ()
+    left, right = jacobian[:-1], jacobian[1:]
+    usable = np.isfinite(left).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    rows = np.flatnonzero(usable)
+    # A singular value can vanish between two samples only if the change between them is as large.
+    change = np.linalg.norm((right - left)[rows], axis=(1, 2))
+    near = np.linalg.svd(left[rows], compute_uv=False)[:, -1] <= change
+    found = []
+    for k in rows[near]:
+        t = np.linspace(0.0, 1.0, _BETWEEN + 1)[:, None, None]
+        points = (1.0 - t) * left[k] + t * right[k]
+        signs = np.linalg.det(np.swapaxes(points[:-1], 1, 2) @ points[1:])
+        if (signs <= 0.0).any():
+            found.append(int(k))
+    return tuple(found)
+
+
+class _Lean:
+    """One pose for mechanisms whose equations are square with the outputs held: LAPACK only."""
+
+    def __init__(self, mechanism: Mechanism, system: ClosureSystem, loads: Loads) -> None:
+        self.system = system
+        self.model = loaded_model(mechanism, loads)
+        self.data = self.model.createData()
+        self.held = np.array(mechanism.outputs.coordinates)
+        self.free = np.concatenate([part.free for part in labelled(mechanism)])
+        self.actuators, self.scales = mechanism.actuator_coordinates, mechanism.scales[:, None]
+        self.motion = np.zeros((mechanism.model.nv, len(self.held)))
+        self.motion[self.held] = np.eye(len(self.held))
+        self.dry = np.array(mechanism.model.upperDryFrictionLimit)
+        self.damping = np.array(mechanism.model.damping)
+        self.rubs = bool(self.dry.any() or self.damping.any())
+        self.wrench = np.array(loads.wrench) if any(loads.wrench) else None
+        self.mechanism = mechanism
+        self.jacobian = self.force = np.zeros(0)
+        self.size = 0.0
+
+    def solve(self, q: Array, rate: Array, acceleration: Array) -> bool:
+        """Fill jacobian, force and size; False at a type 1 singularity."""
+        system, motion = self.system, self.motion
+        system.evaluate(q)
+        k = system.jacobian()
+        held = k.take(self.held, axis=1)
+        lu, pivots, info = lapack.dgetrf(k.take(self.free, axis=1))
+        diagonal = np.abs(lu.diagonal())
+        if info != 0 or diagonal.min() <= 1e-7 * diagonal.max():
+            return False
+        motion[self.free] = -lapack.dgetrs(lu, pivots, held)[0]
+        v = motion @ rate
+        twist = None
+        if self.wrench is not None:
+            twist = frame_twist(self.mechanism, system, self.mechanism.platform_frame)
+        gamma = system.drift(q, v)
+        a = motion @ acceleration
+        a[self.free] -= lapack.dgetrs(lu, pivots, gamma)[0]
+        required = pin.rnea(self.model, self.data, q, v, a)
+        if self.rubs:
+            required = required + self.dry * np.clip(v / FRICTION_SPEED, -1.0, 1.0)
+            required += self.damping * v
+        if twist is not None:
+            required = required - twist.T @ self.wrench
+        self.force = motion.T @ required
+        self.size = float((np.abs(motion).T @ np.abs(required)).max())
+        self.jacobian = motion[self.actuators] * self.scales
+        return True

@@ -1,0 +1,68 @@
+"""Parametric designs: from dimensions to the URDF and the description of a mechanism.
+
+:data:`DESIGNS` builds the texts of every mechanism that is committed under ``urdf/`` and
+``loops/``. The functions build a mechanism with other dimensions and assemble it::
+
+    mech = pinmech.designs.antenna_3rsu(R=0.2)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from pinmech.designs.antenna_3rsu import TABLE_2, Antenna3RSU
+from pinmech.designs.decoupled_4r import Decoupled4R
+from pinmech.designs.decoupled_pf import DecoupledPF
+from pinmech.designs.parts import Design
+
+if TYPE_CHECKING:
+    from pinmech.mechanism.mechanism import Mechanism
+
+#: Name of a committed mechanism -> what builds its texts.
+DESIGNS: dict[str, Callable[[], Design]] = {
+    "antenna_3rsu": lambda: Antenna3RSU().build("antenna_3rsu"),
+    "antenna_3rsu_wide": lambda: TABLE_2.build("antenna_3rsu_wide"),
+    "antenna_3rsu_s": lambda: Antenna3RSU(strut="spherical").build("antenna_3rsu_s"),
+    "decoupled_pf": lambda: DecoupledPF().build("decoupled_pf"),
+    "decoupled_4r": lambda: Decoupled4R().build("decoupled_4r"),
+}
+
+
+def assemble(design: Design) -> Mechanism:
+    """The mechanism of a design, assembled at its home."""
+    from pinmech.kinematics.assembly import from_text
+
+    return from_text(design.description, design.urdf)
+
+
+# A module and a function share each name below. The functions are what this package shows: they
+# are defined after the modules were imported.
+
+
+def antenna_3rsu(**dimensions: Any) -> Mechanism:
+    """The antenna mechanism; arguments of :class:`Antenna3RSU`, in SI (default: Table 1)."""
+    return assemble(Antenna3RSU(**dimensions).build("antenna_3rsu"))
+
+
+def decoupled_pf(**dimensions: Any) -> Mechanism:
+    """The decoupled mechanism with a slider; arguments of :class:`DecoupledPF`, in SI."""
+    return assemble(DecoupledPF(**dimensions).build("decoupled_pf"))
+
+
+def decoupled_4r(**dimensions: Any) -> Mechanism:
+    """The decoupled mechanism with a parallelogram; arguments of :class:`Decoupled4R`, in SI."""
+    return assemble(Decoupled4R(**dimensions).build("decoupled_4r"))
+
+
+__all__ = [
+    "DESIGNS",
+    "Antenna3RSU",
+    "Decoupled4R",
+    "DecoupledPF",
+    "Design",
+    "antenna_3rsu",
+    "assemble",
+    "decoupled_4r",
+    "decoupled_pf",
+]

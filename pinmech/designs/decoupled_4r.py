@@ -1,0 +1,207 @@
+"""Decoupled 2-DOF spherical mechanism of Figure 5: R1 R2 leg, and a 4R 3R R3 leg.
+
+See :mod:`pinmech.designs.decoupled` for source and conventions. The parallelogram R7..R10 carries
+R6 on a circle: m sin(q2) = e sin(theta2), so with m = e the crank turns as the platform does.
+
+The parallelogram is a real one, of two cranks: it is flat at q2 = ±90 deg, where its second crank
+may fold the other way and where the leg cannot hold theta2. A second assembly,
+theta2 -> 180 deg - theta2, is near there too. No limit excludes either.
+
+m = e = 100 mm and the directions of the axes are the paper's; all other places are chosen so that
+it assembles.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from pinmech.designs import decoupled
+from pinmech.designs.parts import (
+    ALUMINIUM,
+    ORIGIN,
+    Design,
+    Drive,
+    Passive,
+    Solid,
+    Y,
+    Z,
+    bar,
+    box,
+    cylinder,
+    fixed_joint,
+    frame_link,
+    make_joint,
+    make_link,
+    not_negative,
+    pin,
+    placement,
+    positive,
+    urdf_text,
+)
+from pinmech.errors import InputError
+
+
+@dataclass(frozen=True)
+class Decoupled4R:
+    """Dimensions of the mechanism of Figure 5.
+
+    Attributes:
+        e: distance of the axes R2 and R3 [m].
+        m: length of the cranks R9R7 and R10R8 [m]; along +X at home.
+        pivot: x of the base pivots R9 and R10 [m].
+        half: half the distance of R9 and R10 [m]; they lie at z = ±half.
+        elbow: R5 at home (x, y) [m].
+        density: of all structural parts [kg/m³].
+        effort1, velocity1: limits of the drive q1 at R1 [N·m, rad/s].
+        effort2, velocity2: limits of the drive q2 at R9 [N·m, rad/s].
+        drive_friction, drive_damping: of both drives [N·m, N·m·s/rad].
+        passive_friction, passive_damping: of every other joint [N·m, N·m·s/rad].
+    """
+
+    e: float = 0.100
+    m: float = 0.100
+    pivot: float = 0.200
+    half: float = 0.040
+    elbow: tuple[float, float] = (0.200, 0.150)
+    density: float = ALUMINIUM
+    effort1: float = 20.0
+    velocity1: float = 2.0
+    effort2: float = 20.0
+    velocity2: float = 2.0
+    drive_friction: float = 0.0
+    drive_damping: float = 0.0
+    passive_friction: float = 0.0
+    passive_damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive(
+            e=self.e, m=self.m, pivot=self.pivot, half=self.half, density=self.density,
+            effort1=self.effort1, velocity1=self.velocity1, effort2=self.effort2,
+            velocity2=self.velocity2,
+        )
+        not_negative(
+            drive_friction=self.drive_friction, drive_damping=self.drive_damping,
+            passive_friction=self.passive_friction, passive_damping=self.passive_damping,
+        )
+        if len(self.elbow) != 2 or not all(math.isfinite(v) for v in self.elbow):
+            raise InputError(f"elbow must be two finite numbers (x, y), not {self.elbow!r}")
+        x, y = self.elbow
+        r6 = self.pivot + self.m
+        lengths = (math.hypot(x - r6, y), math.hypot(x - self.e, y))
+        if abs(y) * abs(r6 - self.e) < 0.05 * lengths[0] * lengths[1]:
+            raise InputError(
+                f"elbow R5 = ({x:g}, {y:g}) m lies on the line of R6 = ({r6:g}, 0) and "
+                f"R4 = ({self.e:g}, 0): the chain would be stretched at home; move it aside"
+            )
+
+    def build(self, name: str = "decoupled_4r") -> Design:
+        """The URDF and the description of this mechanism, under ``name``."""
+        return Design(name, self._urdf(name), self._description(name))
+
+    # ------------------------------------------------------------------------------- the tree
+
+    def _urdf(self, name: str) -> str:
+        drive1 = Drive(self.effort1, self.velocity1, self.drive_friction, self.drive_damping)
+        drive2 = Drive(self.effort2, self.velocity2, self.drive_friction, self.drive_damping)
+        passive = Passive(self.passive_friction, self.passive_damping)
+        across, turn = decoupled.ACROSS, decoupled.ALONG_ACROSS
+        m, half = self.m, self.half
+        tip = placement((m, 0, 0))
+        links: list[Any] = [make_link("base", self._base())]
+        joints: list[Any] = []
+        parallelogram: decoupled.Built = (
+            [
+                make_link("crank", self._crank("driven")),
+                make_link("follower", self._crank("rod")),
+                make_link("riser", self._riser()),
+                frame_link("riser_r8"),
+                frame_link("follower_r8"),
+            ],
+            [
+                make_joint(
+                    "q2", "base", "crank", placement((self.pivot, 0, half)), across, role=drive2
+                ),
+                make_joint(
+                    "r10", "base", "follower", placement((self.pivot, 0, -half)), across,
+                    role=passive,
+                ),
+                make_joint("r7", "crank", "riser", tip, across, role=passive),
+                fixed_joint("riser", "riser_r8", placement((0, 0, -2.0 * half), turn)),
+                fixed_joint("follower", "follower_r8", placement((m, 0, 0), turn)),
+            ],
+        )
+        r6 = self.pivot + m  # x; R6 is the middle of the riser, whose frame is at R7
+        chain = decoupled.chain_3r(
+            "riser", (0.0, 0.0, -half), (self.elbow[0] - r6, self.elbow[1]), (self.e - r6, 0.0),
+            0.0, self.density, passive,
+        )
+        for more_links, more_joints in (
+            decoupled.pointing_leg(self.e, drive1, passive, self.density),
+            parallelogram,
+            chain,
+            decoupled.r3_frames(self.e),
+        ):
+            links += more_links
+            joints += more_joints
+        return urdf_text(name, links, joints, "pinmech/designs/decoupled_4r.py")
+
+    # ------------------------------------------------------------------------------ the solids
+
+    def _base(self) -> list[Solid]:
+        floor = -(self.half + self.m + 0.03)
+        far = self.pivot + 0.05
+        side = -0.034  # the stand of R9 and R10, beside the cranks
+        top = (self.pivot, side, self.half + 0.014)
+        return [
+            *decoupled.column(floor, self.density),
+            box((0.5 * (far - 0.06), -0.01, floor - 0.005), (far + 0.06, 0.16, 0.010), "base",
+                None, self.density),
+            bar((self.pivot, side, floor), top, 0.028, 0.010, (1, 0, 0), "base", self.density,
+                inset=0.001),
+            cylinder((self.pivot, side - 0.045, self.half), (self.pivot, side - 0.005, self.half),
+                     0.018, "motor", self.density, inset=0.001),
+            pin((self.pivot, 0.5 * side, self.half), Y, -side, 0.005),
+            pin((self.pivot, 0.5 * side, -self.half), Y, -side, 0.005),
+        ]
+
+    def _crank(self, paint: str) -> list[Solid]:
+        return [
+            bar(ORIGIN, (self.m, 0, 0), 0.014, 0.008, Z, paint, self.density,
+                inset=0.012),
+            pin(ORIGIN, Y, 0.018, 0.006),
+            pin((self.m, 0, 0), Y, 0.022, 0.004),
+        ]
+
+    def _riser(self) -> list[Solid]:
+        low = (0.0, 0.0, -2.0 * self.half)
+        return [
+            bar((0, 0.009, 0), (0, 0.009, low[2]), 0.012, 0.006, (1, 0, 0), "rod", self.density,
+                inset=0.012),
+            pin((0, 0, -self.half), Z, 0.020, 0.005),
+        ]
+
+    # -------------------------------------------------------------------------- the description
+
+    def _description(self, name: str) -> str:
+        return f"""\
+# written by pinmech/designs/decoupled_4r.py; do not edit
+# e = {1e3 * self.e:.10g} mm, m = {1e3 * self.m:.10g} mm. Every other length, masses, sections,
+# effort and velocity limits are assumptions; the paper gives no joint limits.
+schema: 1
+name: {name}
+title: decoupled 2-DOF spherical mechanism with a parallelogram drive
+source: {decoupled.SOURCE}
+urdf: ../urdf/{name}.urdf
+platform: platform
+loops:
+  - {{name: r3, type: revolute, frames: [coupler_r3, platform_r3]}}
+  - {{name: r8, type: revolute, frames: [riser_r8, follower_r8]}}  # the parallelogram
+actuators:  # q1 turns R1 itself, q2 the crank at R9, zero at home: m sin(q2) = e sin(theta2)
+  - {{name: q1, joint: theta1}}
+  - {{name: q2, joint: q2}}
+outputs: {{kind: joints, names: [theta1, theta2]}}  # platform rotation Rz(theta1) R-y(theta2)
+# a second assembly, theta2 -> 180 deg - theta2, has the same q2 and is near when q2 nears 90 deg
+home: {{theta1: 0.0, theta2: 0.0, q2: 0.0}}
+"""

@@ -1,0 +1,1 @@
+"""Where a mechanism is: closed states, forward and inverse kinematics, rates and Jacobians."""

@@ -1,0 +1,124 @@
+"""Solving one limb at a time with the outputs held: all its inverse solutions, or how far it is
+from having one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pinmech.kinematics.branch import Block
+from pinmech.kinematics.solver import (
+    Problem,
+    limit_breaches,
+    minimise,
+    newton,
+    wrap_towards,
+)
+from pinmech.mechanism.closures import ClosureSystem
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+
+_STARTS = 24
+_MINIMA = 8
+#: A determinant this much smaller than at home belongs to both modes, which meet there.
+_MEETING = 1e-5
+
+
+@dataclass(frozen=True)
+class LimbAnswer:
+    """What a search for one limb found.
+
+    Attributes:
+        status: ``ok``, ``unreachable``, ``wrong_mode`` or ``limit``.
+        message: the reason when it is not ok, without the pose.
+        values: (n_free,) values of the limb's free coordinates, None when not ok.
+        iterations: linear systems solved.
+    """
+
+    status: str
+    message: str
+    values: Array | None
+    iterations: int
+
+
+def starts(mechanism: Mechanism, free: Array, centre: Array, count: int) -> Array:
+    """(count, n_free) start values: the centre first, then spread within the limits, or half a
+    turn or two characteristic lengths to each side where there is none. Always the same ones."""
+    reach = np.where(mechanism.revolving[free], np.pi, 2.0 * mechanism.length)
+    low = np.maximum(mechanism.lower[free], centre - reach)
+    high = np.minimum(mechanism.upper[free], centre + reach)
+    spread = np.random.default_rng(20160127).uniform(size=(count - 1, len(free)))
+    return np.vstack([centre, low + spread * (high - low)])
+
+
+def solve_limb(
+    mechanism: Mechanism,
+    system: ClosureSystem,
+    block: Block,
+    q: Array,
+    *,
+    sign: float | None,
+    home_determinant: float,
+    limits: bool,
+) -> LimbAnswer:
+    """The limb's solution in the working mode of the given determinant sign.
+
+    Args:
+        block: the limb's rows and free coordinates.
+        q: (nq,) with the outputs held and everything else as a guess.
+        sign: determinant sign asked for, None when the limb has no label.
+        home_determinant: size of the determinant at home, for comparison.
+        limits: whether joint limits count.
+    """
+    if len(block.free) == 0:
+        return LimbAnswer("ok", "", np.zeros(0), 0)
+    problem = Problem(mechanism, block.free, rows=block.rows)
+    count, beyond, elsewhere = 0, "", False
+    tried = starts(mechanism, block.free, q[block.free], _STARTS)
+    for start in tried:
+        trial = q.copy()
+        trial[block.free] = start
+        run = newton(problem, system, trial, iterations=40)
+        count += run.iterations
+        if not run.converged:
+            continue
+        wrap_towards(mechanism, trial, q, block.free)
+        breaches = [] if not limits else limit_breaches_of(mechanism, trial, block.free)
+        determinant = 0.0
+        if sign is not None:
+            matrix = problem.matrix(system) / mechanism.length
+            determinant = float(np.linalg.det(matrix))
+        if sign is not None and determinant * sign < -_MEETING * abs(home_determinant):
+            # Beyond the limits, a flipped passive joint may change the sign: no statement then.
+            elsewhere = elsewhere or not breaches
+            continue
+        if breaches:
+            beyond = breaches[0]
+            continue
+        return LimbAnswer("ok", "", trial[block.free], count)
+    if beyond:
+        return LimbAnswer("limit", f"limb {block.limb} would need {beyond}", None, count)
+    if elsewhere:
+        message = f"limb {block.limb} reaches this pose only in its other working mode"
+        return LimbAnswer("wrong_mode", message, None, count)
+    best = np.inf
+    for start in tried[:_MINIMA]:
+        trial = q.copy()
+        trial[block.free] = start
+        best = min(best, minimise(problem, system, trial, iterations=60))
+        count += 1
+    if best <= 1e-9:
+        # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
+        message = f"limb {block.limb} is on the edge of its reach and did not converge"
+        return LimbAnswer("not_converged", message, None, count)
+    short = 1e3 * best * mechanism.length
+    return LimbAnswer("unreachable", f"limb {block.limb} cannot reach: {short:.4g} mm short", None, count)
+
+
+def limit_breaches_of(mechanism: Mechanism, q: Array, coordinates: Array) -> list[str]:
+    """The limit breaches of some coordinates only."""
+    part = np.clip(q, mechanism.lower, mechanism.upper)
+    part[coordinates] = q[coordinates]
+    return limit_breaches(mechanism, part)

@@ -1,0 +1,74 @@
+"""The feasible motions of a closed state: a basis of null K, idle motions divided out.
+
+Velocities are made dimensionless (:mod:`pinmech.kinematics.scaling`); ``v = scale * scaled``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pinmech.kinematics.scaling import (
+    RANK,
+    frame_twist,
+    rank_of,
+    scaled_closure_jacobian,
+    scaled_output_jacobian,
+    velocity_scale,
+)
+from pinmech.kinematics.state import ClosedState
+from pinmech.mechanism.closures import ClosureSystem
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Motions:
+    """Feasible velocities at a configuration, dimensionless.
+
+    Attributes:
+        singular_values: of the scaled closure Jacobian, descending.
+        rank: its rank.
+        basis: (nv, n) orthonormal basis of the feasible motions without the idle ones.
+        idle: (nv, i) orthonormal basis of the idle motions: they move neither the platform nor
+            an output nor an actuator (a rod that spins between two spherical joints).
+    """
+
+    singular_values: Array
+    rank: int
+    basis: Array
+    idle: Array
+
+
+def motions_at(mechanism: Mechanism, system: ClosureSystem) -> Motions:
+    """The feasible motions at the last evaluated q."""
+    k = scaled_closure_jacobian(mechanism, system)
+    _, values, vt = np.linalg.svd(k)
+    rank = rank_of(values)
+    feasible = vt[rank:].T
+    twist = frame_twist(mechanism, system, mechanism.platform_frame) * velocity_scale(mechanism)
+    twist[:3] /= mechanism.length
+    visible = np.vstack(
+        [
+            twist,
+            scaled_output_jacobian(mechanism, system),
+            np.eye(mechanism.model.nv)[mechanism.actuator_coordinates],
+        ]
+    )
+    seen = visible @ feasible
+    if feasible.shape[1] == 0:
+        return Motions(values, rank, feasible, feasible)
+    _, strengths, directions = np.linalg.svd(seen)
+    count = int((strengths > RANK * max(1.0, strengths[0])).sum())
+    return Motions(values, rank, feasible @ directions[:count].T, feasible @ directions[count:].T)
+
+
+def motions(state: ClosedState) -> Motions:
+    """The feasible motions at a closed state."""
+    with state.mechanism.scratch() as system:
+        system.evaluate(state.q)
+        return motions_at(state.mechanism, system)
+
+

@@ -1,0 +1,298 @@
+"""Forward and inverse kinematics along a path: warm starts, the inner loop kept lean.
+
+Each pose starts from its neighbour, extrapolated where the path is smooth. A pose is accepted
+only if Newton contracts and no determinant changes its sign; otherwise the careful solver of
+:mod:`pinmech.kinematics.position` takes over for that pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from scipy.linalg import lapack
+
+from pinmech.errors import InputError
+from pinmech.kinematics.arguments import guess_state, matrix
+from pinmech.kinematics.branch import (
+    Block,
+    SignReader,
+    fully_labelled,
+    labelled,
+    wanted_signs,
+)
+from pinmech.kinematics.position import CONSISTENT, ForwardSolver, InverseSolver, output_rows
+from pinmech.kinematics.solution import Path, Solution
+from pinmech.kinematics.solver import CLAMP
+from pinmech.kinematics.state import CLOSED, ClosedState
+from pinmech.kinematics.tracking import CONTRACTION, LONGEST_MOVE
+from pinmech.mechanism.closures import ClosureSystem
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+Progress = Callable[[int, int], None]
+
+#: Newton steps that a warm pose may take before the careful solver is asked.
+_WARM_STEPS = 8
+#: A determinant below this part of its size at the last careful pose is looked at again.
+_NEAR_SINGULAR = 1e-4
+#: Relative change of the step along the path up to which extrapolation pays.
+_SMOOTH = 0.3
+
+
+def inverse_path(
+    mechanism: Mechanism,
+    outputs: object,
+    *,
+    guess: ClosedState | None = None,
+    mode: Mapping[str, int] | None = None,
+    limits: bool = True,
+    progress: Progress | None = None,
+) -> Path:
+    """Inverse kinematics along a path, in one working mode.
+
+    Args:
+        mechanism: the mechanism.
+        outputs: (N, n_out) output values [rad, m]. A row with NaN fails as ``bad_input``.
+        guess: closed state near the first row; default home.
+        mode: working mode as for :func:`pinmech.inverse`.
+        limits: False turns the joint limits off.
+        progress: called with (poses done, N) now and then.
+
+    Returns:
+        A :class:`Path`; rows that failed are NaN and carry status and message.
+
+    Raises:
+        InputError: wrong shape. UnknownNameError: a limb that does not exist.
+    """
+    targets = matrix(outputs, mechanism.outputs, "output")
+    start = guess_state(mechanism, guess)
+    signs = wanted_signs(mechanism, mode, start)
+    with mechanism.scratch() as system:
+        solver = InverseSolver(mechanism, system, signs, limits=limits)
+        warm = None
+        if mechanism.outputs.kind == "joints" and fully_labelled(mechanism):
+            held = np.array(mechanism.outputs.coordinates)
+            warm = Warm(mechanism, system, labelled(mechanism), held, signs)
+        runner = _Runner(mechanism, targets, limits=limits, progress=progress)
+        return runner.run(warm, solver.solve, targets, start.q, targets)
+
+
+def forward_path(
+    mechanism: Mechanism,
+    actuators: object,
+    *,
+    drive: str | None = None,
+    guess: ClosedState | None = None,
+    limits: bool = True,
+    tolerance: float = CONSISTENT,
+    progress: Progress | None = None,
+) -> Path:
+    """Forward kinematics along a path of actuator values, on one assembly mode.
+
+    Args:
+        mechanism: the mechanism.
+        actuators: (N, n_drive) values of the drive's actuators, or (N, n_act) of all of which
+            the drive's are used [rad, m]. A row with NaN fails as ``bad_input``.
+        drive: name of a drive; default the largest.
+        guess: closed state to start from; default home. Each row is reached from the last one
+            that succeeded by a straight line of the actuators.
+        limits: False turns the joint limits off.
+        tolerance: as for :func:`pinmech.forward`, for redundant drives.
+        progress: called with (poses done, N) now and then.
+
+    Raises:
+        InputError: wrong shape, or a drive that does not determine the pose.
+        UnknownNameError: there is no such drive.
+    """
+    names = mechanism.drive(drive)
+    every = tuple(mechanism.actuators)
+    values = np.asarray(actuators, dtype=float) if not isinstance(actuators, dict) else None
+    if values is None:
+        raise InputError("actuators must be an (N, n) array")
+    if values.ndim == 2 and values.shape[1] == len(every) != len(names):
+        values = values[:, [every.index(name) for name in names]]
+    targets = matrix(values, names, "actuator")
+    start = guess_state(mechanism, guess)
+    with mechanism.scratch() as system:
+        solver = ForwardSolver(mechanism, system, names, limits=limits, tolerance=tolerance)
+        warm = None
+        held = solver.coordinates
+        free = np.array([k for k in range(mechanism.model.nv) if k not in held])
+        if len(names) == solver.mobility and system.rows == len(free):
+            block = Block("all", np.arange(system.rows), free)
+            system.evaluate(start.q)
+            sign = np.sign(np.linalg.det(system.jacobian().take(free, axis=1) / mechanism.length))
+            warm = Warm(mechanism, system, (block,), held, np.array([sign]))
+        runner = _Runner(mechanism, targets, limits=limits, progress=progress)
+        wanted = solver.joint_values(targets)
+        return runner.run(warm, solver.solve, targets, start.q, wanted)
+
+
+class Warm:
+    """The lean inner loop: Newton from an extrapolated neighbour, square systems only."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        system: ClosureSystem,
+        parts: tuple[Block, ...],
+        held: Array,
+        signs: Array,
+    ) -> None:
+        self.system, self.held, self.signs = system, held, signs
+        self.reader = SignReader(parts)
+        self.free = self.reader.free
+        self.length = mechanism.length
+        weights = np.where(mechanism.revolving[self.free], 1.0, 1.0 / mechanism.length)
+        self.weights = None if bool((weights == 1.0).all()) else weights
+        self.iterations, self.residual = 0, np.inf
+
+    def solve(self, q: Array) -> bool:
+        """Newton in place from q with its held coordinates set; False when not to be trusted."""
+        system, free = self.system, self.free
+        bound = (CLOSED * self.length) ** 2
+        first = 0.0
+        lu = pivots = None
+        for count in range(_WARM_STEPS + 1):
+            e = system.evaluate(q)
+            square = e.dot(e)
+            if square <= bound and lu is not None:
+                self.iterations, self.residual = count, square**0.5 / self.length
+                return self._same_branch(lu, pivots)
+            lu, pivots, x, info = lapack.dgesv(system.jacobian().take(free, 1), e)
+            if info != 0:
+                return False
+            scaled = x if self.weights is None else x * self.weights
+            step = max(scaled.max(), -scaled.min())
+            if not step <= CLAMP:
+                return False
+            if count == 0:
+                first = step
+                if step > LONGEST_MOVE:
+                    return False
+            elif count == 1 and step > CONTRACTION * first + 1e-6:
+                return False
+            q[free] -= x
+        return False
+
+    def _same_branch(self, lu: Array, pivots: Array) -> bool:
+        found = self.reader.read(lu, pivots) * self.signs
+        return bool(found.min() > self._least)
+
+    _least = 0.0
+
+    def calibrate(self, q: Array) -> None:
+        """Remember how small a determinant may get before the careful solver is asked."""
+        self.system.evaluate(q)
+        lu, pivots, _ = lapack.dgetrf(self.system.jacobian().take(self.free, 1))
+        sizes = np.abs(self.reader.read(lu, pivots))
+        self._least = _NEAR_SINGULAR * float(sizes.min())
+
+
+class _Runner:
+    """Goes along the rows of a path and collects the answers."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        targets: Array,
+        *,
+        limits: bool,
+        progress: Progress | None,
+    ) -> None:
+        self.mechanism, self.limits, self.progress = mechanism, limits, progress
+        count = len(targets)
+        self.q = np.full((count, mechanism.model.nq), np.nan)
+        self.success = np.zeros(count, dtype=bool)
+        self.status = np.full(count, "ok", dtype="<U16")
+        self.residual = np.full(count, np.nan)
+        self.iterations = np.zeros(count, dtype=int)
+        self.messages: dict[int, str] = {}
+
+    def run(
+        self,
+        warm: Warm | None,
+        careful: Callable[[Array, Array], Solution],
+        targets: Array,
+        start: Array,
+        held: Array,
+    ) -> Path:
+        """``held`` (N, n) are the values of ``warm.held`` that belong to the targets."""
+        mechanism, total = self.mechanism, len(targets)
+        finite = np.isfinite(targets).all(axis=1)
+        linear, quadratic = _smoothness(held)
+        low, high = mechanism.lower - 1e-9, mechanism.upper + 1e-9
+        bounded = self.limits and bool(np.isfinite(low).any() or np.isfinite(high).any())
+        last, streak = start, 0
+        history: list[Array] = []
+        if warm is not None:
+            warm.calibrate(start)
+        for k in range(total):
+            if self.progress is not None and k % 256 == 0:
+                self.progress(k, total)
+            if not finite[k]:
+                self._fail(k, "bad_input", "the row holds NaN or infinite values")
+                continue
+            if warm is not None:
+                if streak >= 3 and quadratic[k]:
+                    q = 3.0 * (history[0] - history[1]) + history[2]
+                elif streak >= 2 and linear[k]:
+                    q = 2.0 * history[0] - history[1]
+                else:
+                    q = last.copy()
+                q[warm.held] = held[k]
+                if warm.solve(q) and (
+                    not bounded or ((q >= low).all() and (q <= high).all())
+                ):
+                    self.q[k] = last = q
+                    self.success[k] = True
+                    self.iterations[k], self.residual[k] = warm.iterations, warm.residual
+                    history = [q, *history[:2]]
+                    streak += 1
+                    continue
+            answer = careful(targets[k], last)
+            if answer.state is None:
+                self._fail(k, answer.status, answer.message)
+                self.residual[k], self.iterations[k] = answer.residual, answer.iterations
+                streak, history = 0, []
+                continue
+            last = answer.state.q
+            self.q[k], self.success[k] = last, True
+            self.residual[k], self.iterations[k] = answer.residual, answer.iterations
+            history = [last, *history[:2]]
+            streak += 1
+            if warm is not None:
+                warm.calibrate(last)
+        if self.progress is not None:
+            self.progress(total, total)
+        return Path(
+            mechanism,
+            self.success,
+            self.status,
+            self.q,
+            mechanism.actuator_values(self.q),
+            output_rows(mechanism, self.q, self.success),
+            self.residual,
+            self.iterations,
+            self.messages,
+        )
+
+    def _fail(self, row: int, status: str, message: str) -> None:
+        self.status[row], self.messages[row] = status, message
+
+
+def _smoothness(values: Array) -> tuple[list[bool], list[bool]]:
+    """For each row whether linear, and whether quadratic extrapolation from the rows before it
+    predicts the held values well."""
+    count = len(values)
+    linear, quadratic = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    with np.errstate(invalid="ignore"):
+        step = np.linalg.norm(np.diff(values, axis=0), axis=1)
+        second = np.linalg.norm(np.diff(values, n=2, axis=0), axis=1)
+        third = np.linalg.norm(np.diff(values, n=3, axis=0), axis=1)
+        if count > 2:
+            linear[2:] = second <= _SMOOTH * step[1:]
+        if count > 3:
+            quadratic[3:] = linear[3:] & (third <= _SMOOTH * step[2:])
+    return linear.tolist(), quadratic.tolist()

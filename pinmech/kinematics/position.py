@@ -1,0 +1,474 @@
+"""Forward and inverse kinematics of one pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+import pinocchio as pin
+
+from pinmech.errors import InputError, UnknownNameError
+from pinmech.kinematics.arguments import Values, guess_state, vector
+from pinmech.kinematics.branch import (
+    blocks,
+    determinant_signs,
+    fully_labelled,
+    labelled,
+    separates,
+    wanted_signs,
+)
+from pinmech.kinematics.limbsolve import solve_limb, starts
+from pinmech.kinematics.memo import per_mechanism
+from pinmech.kinematics.scaling import scaled_closure_jacobian, selector
+from pinmech.kinematics.solution import Solution, Status
+from pinmech.kinematics.solver import (
+    Pose,
+    Problem,
+    limit_breaches,
+    minimise,
+    newton,
+    wrap_towards,
+)
+from pinmech.kinematics.state import ClosedState, close, output_values
+from pinmech.kinematics.tracking import JointLine, Line, PoseLine, follow
+from pinmech.mechanism.closures import ClosureSystem
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+
+#: How far actuators given beyond those needed may be from the values that close the loops
+#: [rad, or in characteristic lengths].
+CONSISTENT = 1e-7
+
+
+def inverse(
+    mechanism: Mechanism,
+    outputs: Values,
+    *,
+    guess: ClosedState | None = None,
+    mode: Mapping[str, int] | None = None,
+    limits: bool = True,
+) -> Solution:
+    """Inverse kinematics: the closed state with the given outputs.
+
+    Answers in the working mode of ``guess`` (default: home), with the limbs named in ``mode``
+    changed to what it says; never silently in another.
+
+    Args:
+        mechanism: the mechanism.
+        outputs: output name -> value, or the values in the order of ``mechanism.outputs``
+            [rad, m]; orientations as canonical coordinates of the platform in base axes.
+        guess: a closed state near the answer.
+        mode: limb name -> +1 (as at home) or -1.
+        limits: False turns the joint limits off.
+
+    Returns:
+        A :class:`Solution`; status ``unreachable``, ``wrong_mode``, ``limit`` or
+        ``not_converged`` when there is no answer.
+
+    Raises:
+        UnknownNameError: an output or limb that does not exist.
+        InputError: missing, non-finite or wrongly shaped values.
+    """
+    target = vector(outputs, mechanism.outputs, "output")
+    start = guess_state(mechanism, guess)
+    signs = wanted_signs(mechanism, mode, start)
+    with mechanism.scratch() as system:
+        return InverseSolver(mechanism, system, signs, limits=limits).solve(target, start.q)
+
+
+class InverseSolver:
+    """Inverse kinematics with everything prepared that does not depend on the pose."""
+
+    def __init__(
+        self, mechanism: Mechanism, system: ClosureSystem, signs: Array, *, limits: bool
+    ) -> None:
+        self.mechanism, self.system, self.signs, self.limits = mechanism, system, signs, limits
+        self.joints = mechanism.outputs.kind == "joints"
+        self.free, self.held = _split(mechanism)
+        self.trusted = fully_labelled(mechanism)
+
+    def solve(self, target: Array, start: Array) -> Solution:
+        """Solve for (n_out,) outputs, starting from a closed q (nq,)."""
+        mechanism, system = self.mechanism, self.system
+        q, count = start.copy(), 0
+        if self.trusted:
+            q[self.held] = target
+            run = newton(self._problem(target), system, q)
+            count = run.iterations
+            if run.converged and self._accept(q, start, strict=True):
+                return self._finish(q, count)
+        tracked = None
+        if self._same_mode(start):
+            tracked = follow(self._line(target, start), system, start)
+            count += tracked.iterations
+            if tracked.arrived:
+                q = tracked.q
+                wrap_towards(mechanism, q, start, self.free)
+                if self._accept(q, start, strict=False):
+                    return self._finish(q, count)
+        if separates(mechanism):
+            return self._by_limb(target, start, count)
+        beyond = limit_breaches(mechanism, tracked.q) if tracked and tracked.arrived else []
+        if beyond and self.limits:
+            return self._fail("limit", f"needs {beyond[0]} {self._at(target)}", count)
+        return self._search(target, start, count)
+
+    def _problem(self, target: Array) -> Problem:
+        if self.joints:
+            return Problem(self.mechanism, self.free)
+        return Problem(self.mechanism, self.free, pose=pose_of(self.mechanism, target))
+
+    def _line(self, target: Array, start: Array) -> Line:
+        if self.joints:
+            return JointLine(self.mechanism, self.free, self.held, start, target)
+        pin.forwardKinematics(self.mechanism.model, self.system.data, start)
+        frame = self.mechanism.platform_frame
+        pose = self.system.data.oMi[frame.joint] * frame.placement
+        return PoseLine(self.mechanism, pose, pose_of(self.mechanism, target))
+
+    def _same_mode(self, q: Array) -> bool:
+        if not labelled(self.mechanism):
+            return True
+        self.system.evaluate(q)
+        found = determinant_signs(self.mechanism, self.system.jacobian())
+        return bool((found * self.signs >= 0).all())
+
+    def _accept(self, q: Array, start: Array, *, strict: bool) -> bool:
+        """Limits and mode. ``strict`` also asks for the limits when they are turned off: within
+        them passive joints cannot be flipped, which a determinant cannot see."""
+        wrap_towards(self.mechanism, q, start, self.free)
+        if (self.limits or strict) and limit_breaches(self.mechanism, q):
+            return False
+        return self._same_mode(q)
+
+    def _by_limb(self, target: Array, start: Array, count: int) -> Solution:
+        q = start.copy()
+        q[self.held] = target
+        breaches = limit_breaches(self.mechanism, np.where(self._is_held(), q, 0.0 * q))
+        outside = [
+            text
+            for text in breaches
+            if any(f"joint {name} " in text for name in self.mechanism.outputs)
+        ]
+        if self.limits and outside:
+            return self._fail("limit", f"needs {outside[0]}", count)
+        home = self._home_determinants()
+        signs = dict(zip((b.limb for b in labelled(self.mechanism)), self.signs, strict=True))
+        troubles = []
+        for block in blocks(self.mechanism):
+            answer = solve_limb(
+                self.mechanism,
+                self.system,
+                block,
+                q,
+                sign=signs.get(block.limb),
+                home_determinant=home.get(block.limb, 1.0),
+                limits=self.limits,
+            )
+            count += answer.iterations
+            if answer.values is None:
+                troubles.append(answer)
+            else:
+                q[block.free] = answer.values
+        if troubles:
+            order = ("unreachable", "limit", "wrong_mode", "not_converged")
+            worst = min(troubles, key=lambda a: order.index(a.status))
+            reasons = "; ".join(a.message for a in troubles if a.status == worst.status)
+            return self._fail(worst.status, f"{reasons} {self._at(target)}", count)
+        self.system.evaluate(q)
+        return self._finish(q, count)
+
+    def _is_held(self) -> Array:
+        mask = np.zeros(self.mechanism.model.nq, dtype=bool)
+        mask[self.held] = True
+        return mask
+
+    def _home_determinants(self) -> dict[str, float]:
+        self.system.evaluate(self.mechanism.home.q)
+        jacobian = self.system.jacobian() / self.mechanism.length
+        return {
+            b.limb: float(np.linalg.det(jacobian[np.ix_(b.rows, b.free)]))
+            for b in labelled(self.mechanism)
+        }
+
+    def _search(self, target: Array, start: Array, count: int) -> Solution:
+        """Where limbs do not separate: is there any configuration at all?"""
+        problem = self._problem(target)
+        q = start.copy()
+        if self.joints:
+            q[self.held] = target
+        best, found = np.inf, False
+        for values in starts(self.mechanism, self.free, q[self.free], 16):
+            trial = q.copy()
+            trial[self.free] = values
+            best = min(best, minimise(problem, self.system, trial, iterations=60))
+            run = newton(problem, self.system, trial)
+            count += run.iterations
+            if run.converged and close(self.mechanism, trial, self.system.data)[0] is not None:
+                found = True
+                break
+        if found:
+            return self._fail(
+                "not_converged",
+                "a configuration exists, but the straight way to it from the guess does not stay "
+                f"on one branch {self._at(target)}; give a guess nearer to it",
+                count,
+            )
+        short = 1e3 * best * self.mechanism.length
+        message = f"the loops cannot be closed: {short:.4g} mm apart {self._at(target)}"
+        return self._fail("unreachable", message, count)
+
+    def _finish(self, q: Array, count: int) -> Solution:
+        state, reason = close(self.mechanism, q, self.system.data)
+        if state is None:
+            return self._fail("not_converged", reason, count)
+        return Solution(True, "ok", "converged", state.residual, count, state)
+
+    def _fail(self, status: str, message: str, count: int) -> Solution:
+        residual = float(np.linalg.norm(self.system.residual)) / self.mechanism.length
+        return Solution(False, _status(status), message, residual, count, None)
+
+    def _at(self, target: Array) -> str:
+        return "at " + describe(self.mechanism, target)
+
+
+def describe(mechanism: Mechanism, target: Array) -> str:
+    """``alpha = 31 deg, z = 12 mm``: output values for a message."""
+    parts = []
+    for name, value, angular in zip(
+        mechanism.outputs, target, mechanism.outputs.angular, strict=True
+    ):
+        shown = f"{np.rad2deg(value):.4g} deg" if angular else f"{1e3 * value:.4g} mm"
+        parts.append(f"{name} = {shown}")
+    return ", ".join(parts)
+
+
+def _status(text: str) -> Status:
+    return text  # type: ignore[return-value]
+
+
+@per_mechanism
+def _split(mechanism: Mechanism) -> tuple[Array, Array]:
+    """Free coordinates (ordered by limb) and held ones, for inverse kinematics."""
+    if mechanism.outputs.kind != "joints":
+        return np.arange(mechanism.model.nv), np.zeros(0, dtype=int)
+    held = np.array(mechanism.outputs.coordinates)
+    ordered = [k for limb in mechanism.limbs.values() for k in limb.coordinates]
+    return np.array([k for k in ordered if k not in held]), held
+
+
+def pose_of(mechanism: Mechanism, target: Array) -> Pose:
+    """The platform pose that (n_out,) outputs of a pose kind ask for."""
+    kind = mechanism.outputs.kind
+    turn = np.zeros(3) if kind == "translation" else target[-3:]
+    shift = np.zeros(3) if kind == "orientation" else target[:3]
+    placement = pin.SE3(pin.exp3(turn), shift)
+    return Pose(placement, kind != "orientation", kind != "translation")
+
+
+def forward(
+    mechanism: Mechanism,
+    actuators: Mapping[str, float] | Sequence[float] | Array,
+    *,
+    guess: ClosedState | None = None,
+    limits: bool = True,
+    tolerance: float = CONSISTENT,
+) -> Solution:
+    """Forward kinematics: the closed state with the given actuator values.
+
+    The answer is reached by moving the actuators in a straight line from where they are in
+    ``guess``; so it is the assembly mode that the real mechanism would be in.
+
+    Args:
+        mechanism: the mechanism.
+        actuators: actuator name -> value [rad or m]: any actuators that determine the pose, or
+            more, if they agree; or all values in the order of ``mechanism.actuators``.
+        guess: closed state to start from; default home.
+        limits: False turns the joint limits off.
+        tolerance: how far surplus actuators may be from the values that close the loops
+            [rad, or in characteristic lengths].
+
+    Returns:
+        A :class:`Solution`; status ``singular`` when the line meets a type 2 singularity,
+        ``inconsistent`` when surplus actuators contradict the others, ``limit``.
+
+    Raises:
+        UnknownNameError: an actuator that does not exist.
+        InputError: non-finite or wrongly shaped values, or actuators that do not determine the
+            pose even at a generic configuration.
+    """
+    names = tuple(mechanism.actuators)
+    if isinstance(actuators, Mapping):
+        for name in actuators:
+            if name not in names:
+                raise UnknownNameError("actuator", str(name), names)
+        names = tuple(name for name in names if name in actuators)
+    values = vector(actuators, names, "actuator")
+    start = guess_state(mechanism, guess)
+    with mechanism.scratch() as system:
+        return ForwardSolver(
+            mechanism, system, names, limits=limits, tolerance=tolerance
+        ).solve(values, start.q)
+
+
+class ForwardSolver:
+    """Forward kinematics for one choice of actuators."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        system: ClosureSystem,
+        names: Sequence[str],
+        *,
+        limits: bool,
+        tolerance: float,
+    ) -> None:
+        self.mechanism, self.system, self.limits = mechanism, system, limits
+        self.tolerance = tolerance
+        chosen = [mechanism.actuators[name] for name in names]
+        self.names = tuple(names)
+        self.coordinates = np.array([a.coordinate for a in chosen], dtype=int)
+        self._scale = np.array([a.scale for a in chosen])
+        self._offset = np.array([a.offset for a in chosen])
+        self.mobility = input_mobility(mechanism)
+        self._count = 0
+        if len(names) < self.mobility:
+            raise InputError(
+                f"{len(names)} actuators ({', '.join(names) or 'none'}) do not determine the pose:"
+                f" the mechanism has {self.mobility} degrees of freedom"
+            )
+
+    def joint_values(self, values: Array) -> Array:
+        """Joint values [rad or m] of actuator values."""
+        return (values - self._offset) / self._scale
+
+    def solve(self, values: Array, start: Array) -> Solution:
+        """Solve for (n,) actuator values, starting from a closed q (nq,)."""
+        self._count = 0
+        wanted = self.joint_values(values)
+        subset = self.best_subset(start)
+        if subset is None:
+            return self._fail("singular", self._singular_start(), 0)
+        solution, q = self._solve_subset(subset, wanted, start)
+        if solution is None:
+            better = self.best_subset(q)
+            if better is not None and better != subset:
+                # Near a singularity of the first subset the other one says more exactly.
+                again, q_again = self._solve_subset(better, wanted, q)
+                if again is None:
+                    q = q_again
+        else:
+            return solution
+        mismatch = (wanted - q[self.coordinates]) * np.where(
+            self.mechanism.revolving[self.coordinates], 1.0, 1.0 / self.mechanism.length
+        )
+        worst = int(np.abs(mismatch).argmax())
+        if abs(mismatch[worst]) > self.tolerance:
+            return self._fail("inconsistent", self._mismatch(wanted, q, worst), self._count)
+        if self.limits and (breaches := limit_breaches(self.mechanism, q)):
+            return self._fail("limit", f"needs {breaches[0]}", self._count)
+        self.system.evaluate(q)
+        state, reason = close(self.mechanism, q, self.system.data)
+        if state is None:
+            return self._fail("not_converged", reason, self._count)
+        return Solution(True, "ok", "converged", state.residual, self._count, state)
+
+    def _solve_subset(
+        self, subset: tuple[int, ...], wanted: Array, start: Array
+    ) -> tuple[Solution | None, Array]:
+        """Follow the straight line of a subset; (None, q) when it arrives."""
+        held = self.coordinates[list(subset)]
+        free = np.array([k for k in range(self.mechanism.model.nv) if k not in held])
+        line = JointLine(self.mechanism, free, held, start, wanted[list(subset)])
+        tracked = follow(line, self.system, start)
+        self._count += tracked.iterations
+        if tracked.arrived:
+            return None, tracked.q
+        reached = ", ".join(
+            f"{self.names[k]} = {self._shown(k, tracked.q)}" for k in subset
+        )
+        where = f"{100 * tracked.s:.3g} % of the way there, at {reached}"
+        if tracked.singular:
+            message = f"the straight line meets a type 2 singularity {where}"
+            return self._fail("singular", message, self._count), tracked.q
+        message = f"the continuation stops {where}"
+        return self._fail("not_converged", message, self._count), tracked.q
+
+    def best_subset(self, q: Array) -> tuple[int, ...] | None:
+        """Indices of as many of the actuators as the mobility asks for, best conditioned at q;
+        None when every choice is singular there."""
+        self.system.evaluate(q)
+        k = scaled_closure_jacobian(self.mechanism, self.system)
+        best, best_value = None, 1e-6
+        for subset in combinations(range(len(self.names)), self.mobility):
+            stacked = np.vstack([k, selector(self.mechanism, self.coordinates[list(subset)])])
+            value = determined(stacked, self.mechanism)
+            if value > best_value:
+                best, best_value = subset, value
+        return best
+
+    def _shown(self, k: int, q: Array) -> str:
+        value = q[self.coordinates[k]] * self._scale[k] + self._offset[k]
+        if self.mechanism.revolving[self.coordinates[k]]:
+            return f"{np.rad2deg(value):.4g} deg"
+        return f"{1e3 * value:.4g} mm"
+
+    def _mismatch(self, wanted: Array, q: Array, worst: int) -> str:
+        given = q.copy()
+        given[self.coordinates] = wanted
+        off = (wanted[worst] - q[self.coordinates[worst]]) * self._scale[worst]
+        unit = "deg" if self.mechanism.revolving[self.coordinates[worst]] else "mm"
+        size = np.rad2deg(off) if unit == "deg" else 1e3 * off
+        return (
+            f"the actuators contradict each other: {self.names[worst]} is given as "
+            f"{self._shown(worst, given)}, the others need {self._shown(worst, q)} "
+            f"(mismatch {size:+.4g} {unit})"
+        )
+
+    def _singular_start(self) -> str:
+        return (
+            f"the start is at a type 2 singularity of {', '.join(self.names)}: they do not "
+            "determine the pose there; give another guess"
+        )
+
+    def _fail(self, status: str, message: str, count: int) -> Solution:
+        residual = float(np.linalg.norm(self.system.residual)) / self.mechanism.length
+        return Solution(False, _status(status), message, residual, count, None)
+
+
+def determined(stacked: Array, mechanism: Mechanism) -> float:
+    """Smallest singular value of dimensionless equations that counts once the idle motions, which
+    nothing can determine, are left out."""
+    values = np.linalg.svd(stacked, compute_uv=False)
+    index = mechanism.model.nv - 1 - idle_freedoms(mechanism)
+    return float(values[index]) if index < len(values) else 0.0
+
+
+@per_mechanism
+def idle_freedoms(mechanism: Mechanism) -> int:
+    """How many motions at home move neither platform, outputs nor actuators."""
+    from pinmech.kinematics.motion import motions
+
+    return motions(mechanism.home).idle.shape[1]
+
+
+@per_mechanism
+def input_mobility(mechanism: Mechanism) -> int:
+    """Degrees of freedom at home without the idle ones."""
+    from pinmech.kinematics.motion import motions
+
+    return motions(mechanism.home).basis.shape[1]
+
+
+def output_rows(mechanism: Mechanism, q: Array, valid: Array) -> Array:
+    """(N, n_out) output values [rad, m] of closed rows q (N, nq); NaN where not valid."""
+    if mechanism.outputs.kind == "joints":
+        return q[:, list(mechanism.outputs.coordinates)]
+    rows = np.full((len(q), len(mechanism.outputs)), np.nan)
+    data, frame = mechanism.model.createData(), mechanism.platform_frame
+    for k in np.flatnonzero(valid):
+        pin.forwardKinematics(mechanism.model, data, q[k])
+        rows[k] = output_values(mechanism, q[k], data.oMi[frame.joint] * frame.placement)
+    return rows

@@ -1,0 +1,113 @@
+"""What a solve returns: one solution, or a path of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from pinmech.errors import SolveError
+from pinmech.kinematics.state import ClosedState, verify_closed
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+
+Status = Literal[
+    "ok",
+    "unreachable",
+    "wrong_mode",
+    "limit",
+    "singular",
+    "inconsistent",
+    "not_converged",
+    "bad_input",
+]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Result of one forward or inverse solve.
+
+    Attributes:
+        success: True when ``state`` answers the question asked.
+        status: ``ok``, or why not: ``unreachable`` (no configuration closes the loops),
+            ``wrong_mode`` (only other working modes do), ``limit`` (only beyond a joint limit),
+            ``singular`` (the way there meets a type 2 singularity), ``inconsistent`` (more
+            actuators given than needed, and they contradict each other), ``not_converged``.
+        message: the reason, for a person.
+        residual: largest loop gap over the characteristic length (dimensionless) at the end,
+            recomputed from the raw poses when the solve succeeded.
+        iterations: linear systems solved.
+        state: the closed state, None when the solve failed.
+    """
+
+    success: bool
+    status: Status
+    message: str
+    residual: float
+    iterations: int
+    state: ClosedState | None
+
+    def unwrap(self) -> ClosedState:
+        """The state.
+
+        Raises:
+            SolveError: the solve failed; carries status, message and this solution.
+        """
+        if self.state is None or not self.success:
+            raise SolveError(self)
+        return self.state
+
+
+@dataclass(frozen=True)
+class Path:
+    """Results along a path of N poses. Rows that failed are NaN.
+
+    Attributes:
+        mechanism: the mechanism.
+        success: (N,) bool.
+        status: (N,) texts as in :class:`Solution`.
+        q: (N, nq) joint values [rad or m].
+        actuators: (N, n_act) actuator values [rad or m].
+        outputs: (N, n_out) output values [rad or m].
+        residual: (N,) scaled residual (2-norm of the closure rows over the characteristic length).
+        iterations: (N,) linear systems solved.
+        messages: row -> reason, for the rows that failed.
+    """
+
+    mechanism: Mechanism
+    success: Array
+    status: Array
+    q: Array
+    actuators: Array
+    outputs: Array
+    residual: Array
+    iterations: Array
+    messages: dict[int, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.success)
+
+    def message(self, row: int) -> str:
+        """Why a row failed; an empty text for a row that did not."""
+        return self.messages.get(int(row), "")
+
+    def state(self, row: int) -> ClosedState:
+        """The closed state of a row.
+
+        Raises:
+            SolveError: that row failed.
+        """
+        if not self.success[row]:
+            raise SolveError(
+                Solution(
+                    False,
+                    self.status[row],
+                    self.message(row),
+                    float(self.residual[row]),
+                    int(self.iterations[row]),
+                    None,
+                )
+            )
+        return verify_closed(self.mechanism, self.q[row])

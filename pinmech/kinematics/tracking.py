@@ -1,0 +1,164 @@
+"""Following a solution along a straight line of held values, without ever changing the branch.
+
+The step is halved until Newton contracts and no singularity lies between two steps. A singularity
+is noticed even for rectangular systems: between neighbouring matrices A and A' of full column
+rank, det(Aᵀ A') changes sign exactly when an odd number of singular values passes through zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import pinocchio as pin
+
+from pinmech.kinematics.scaling import RANK
+from pinmech.kinematics.solver import Pose, Problem, newton
+from pinmech.mechanism.closures import ClosureSystem
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+
+#: A step that moves a free coordinate further [rad or characteristic lengths] is halved.
+LONGEST_MOVE = 0.4
+#: The second Newton step may be this part of the first; more, and the step is halved.
+CONTRACTION = 0.25
+SHORTEST_STEP = 2.0**-13
+
+
+class Line(Protocol):
+    """A straight line of held values, s = 0 at the start, 1 at the target."""
+
+    def problem(self, s: float) -> Problem:
+        """The equations at s."""
+
+    def place(self, q: Array, s: float) -> None:
+        """Set the held coordinates of q at s, in place."""
+
+
+class JointLine:
+    """Joints that are held on a straight line from their values in q to a target."""
+
+    def __init__(self, mechanism: Mechanism, free: Array, held: Array, q: Array, to: Array) -> None:
+        self.held, self._from, self._to = held, q[held].copy(), to
+        self._problem = Problem(mechanism, free)
+
+    def problem(self, s: float) -> Problem:
+        """The equations: the same all along the line."""
+        return self._problem
+
+    def place(self, q: Array, s: float) -> None:
+        """Set the held coordinates of q at s, in place."""
+        q[self.held] = self._from + s * (self._to - self._from) if s < 1.0 else self._to
+
+
+class PoseLine:
+    """The platform on a straight line (rotation: geodesic) to a target pose."""
+
+    def __init__(self, mechanism: Mechanism, start: pin.SE3, target: Pose) -> None:
+        self._mechanism, self._start, self._target = mechanism, start, target
+        self._turn = pin.log3(start.rotation.T @ target.target.rotation)
+        self._free = np.arange(mechanism.model.nv)
+
+    def problem(self, s: float) -> Problem:
+        """The equations with the pose at s."""
+        pose = self._target
+        if s < 1.0:
+            start, end = self._start, self._target.target
+            between = pin.SE3(
+                start.rotation @ pin.exp3(s * self._turn),
+                start.translation + s * (end.translation - start.translation),
+            )
+            pose = Pose(between, self._target.translation, self._target.rotation)
+        return Problem(self._mechanism, self._free, pose=pose)
+
+    def place(self, q: Array, s: float) -> None:
+        """Nothing: the pose is an equation, not a coordinate."""
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Where following a line ended.
+
+    Attributes:
+        arrived: True when the end of the line was reached.
+        q: (nq,) the closed configuration at the last step that was accepted.
+        s: its place on the line, 0 to 1.
+        singular: True when a singularity stopped it (also at the very start).
+        iterations: linear systems solved.
+    """
+
+    arrived: bool
+    q: Array
+    s: float
+    singular: bool
+    iterations: int
+
+
+def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
+    """Follow the line from the closed configuration q (which belongs to s = 0)."""
+    problem = line.problem(0.0)
+    here = q.copy()
+    problem.residual(system, here)
+    before = _scaled(problem, system)
+    space = _row_space(before)
+    if space is None:
+        return Tracked(False, here, 0.0, True, 0)
+    s, step, count, crossing = 0.0, 1.0, 0, False
+    while s < 1.0:
+        ahead = min(1.0, s + step)
+        problem = line.problem(ahead)
+        trial = here.copy()
+        line.place(trial, ahead)
+        run = newton(problem, system, trial, iterations=10)
+        count += run.iterations
+        moved = np.abs((trial - here)[problem.free] * problem.weights).max(initial=0.0)
+        good = (
+            run.converged
+            and moved <= LONGEST_MOVE
+            and run.second <= CONTRACTION * run.first + 1e-6
+        )
+        if good:
+            after = _scaled(problem, system)
+            crossing = float(np.linalg.det(space.T @ before.T @ after @ space)) <= 0.0
+            good = not crossing
+        if good:
+            here, s, before = trial, ahead, after
+            fresh = _row_space(before)
+            if fresh is None and s < 1.0:
+                return Tracked(False, here, s, True, count)
+            space = fresh if fresh is not None else space
+            step = min(2.0 * step, 1.0)
+            continue
+        step *= 0.5
+        if step < SHORTEST_STEP:
+            near = _smallest(before) < 0.05
+            return Tracked(False, here, s, bool(crossing or near), count)
+    return Tracked(True, here, 1.0, False, count)
+
+
+def _scaled(problem: Problem, system: ClosureSystem) -> Array:
+    return problem.matrix(system) / (problem.weights * problem.length)
+
+
+def _smallest(matrix: Array) -> float:
+    values = np.linalg.svd(matrix, compute_uv=False)
+    kept = values[values > RANK * values[0]]
+    return float(kept[-1] / values[0])
+
+
+def _row_space(matrix: Array) -> Array | None:
+    """Orthonormal basis of the row space, or None when the matrix is singular.
+
+    Columns beyond the rank that stay null all along (a rod that spins) are no singularity; they
+    are told from one by the rank that the number of equations allows.
+    """
+    _, values, vt = np.linalg.svd(matrix)
+    rank = int((values > RANK * values[0]).sum())
+    if rank < min(matrix.shape):
+        # Overconstrained or idle systems lose rank for good; a square one only at a singularity.
+        if matrix.shape[0] == matrix.shape[1]:
+            return None
+        return vt[:rank].T
+    return vt[:rank].T

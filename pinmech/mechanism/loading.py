@@ -1,0 +1,335 @@
+"""From a description file (YAML + URDF) to a Mechanism that is checked but not yet assembled.
+
+All faults of both files are collected and raised as one :class:`DescriptionError`. No name reaches
+Pinocchio before it is known to exist.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError, suggest
+from pinmech.mechanism.closures import ROWS, Frame, Loop
+from pinmech.mechanism.limbs import find_limbs
+from pinmech.mechanism.mechanism import Actuator, Mechanism, Outputs
+from pinmech.mechanism.spec import (
+    OUTPUT_COUNT,
+    ActuatorSpec,
+    Description,
+    FrameSpec,
+    LoopSpec,
+    OutputsSpec,
+)
+from pinmech.mechanism.urdf import Urdf, read_urdf
+from pinmech.mechanism.yamlfile import (
+    Document,
+    is_finite,
+    parse,
+    read_text,
+    salvage,
+    structural_faults,
+)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A mechanism with the document it came from, so that later faults can name their place."""
+
+    mechanism: Mechanism
+    home: dict[str, float]
+    document: Document
+
+    def error(self, faults: list[Fault]) -> DescriptionError:
+        """The error for faults that only assembly can find."""
+        return DescriptionError(self.mechanism.path or self.document.label, faults)
+
+
+def data_folder() -> Path:
+    """The folder that holds ``urdf/`` and ``loops/``: inside a wheel, or the checkout."""
+    package = Path(__file__).resolve().parents[1]
+    packed = package / "_data"
+    return packed if packed.is_dir() else package.parent
+
+
+def mechanisms() -> list[str]:
+    """Names of the built-in mechanisms (no units)."""
+    return sorted(path.stem for path in (data_folder() / "loops").glob("*.yaml"))
+
+
+def find_description(name_or_path: str | Path) -> Path:
+    """The description file of a built-in mechanism, or the path itself.
+
+    Raises:
+        UnknownNameError: neither a built-in mechanism nor an existing file.
+        InputError: not a name or path at all.
+    """
+    if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
+        raise InputError(f"a mechanism is a name or a path, not {name_or_path!r}")
+    path = Path(name_or_path)
+    if path.suffix.lower() in (".yaml", ".yml") or path.is_file():
+        return path
+    known = mechanisms()
+    if str(name_or_path) in known:
+        return data_folder() / "loops" / f"{name_or_path}.yaml"
+    raise UnknownNameError("mechanism", str(name_or_path), known)
+
+
+def read_file(path: Path) -> Source:
+    """Read and check a description file and its URDF.
+
+    Raises:
+        DescriptionError: with all faults of both files.
+    """
+    text = read_text(path, DescriptionError)
+    document = parse(text, path.name, path, DescriptionError)
+    name = document.data.get("urdf")
+    urdf: Urdf | None = None
+    faults: list[Fault] = []
+    urdf_path = path.parent / name if isinstance(name, str) and name else None
+    if urdf_path is not None:
+        if urdf_path.is_file():
+            urdf_text = read_text(urdf_path, DescriptionError)
+            urdf, faults = read_urdf(urdf_text, urdf_path.name, urdf_path.parent)
+        else:
+            faults.append(
+                Fault(document.place(("urdf",)), f"URDF file {str(urdf_path)!r} does not exist")
+            )
+    return _build(document, urdf, faults, path, urdf_path.parent if urdf_path else None)
+
+
+def read_texts(description: str, urdf_text: str, *, label: str = "description") -> Source:
+    """Like :func:`read_file`, for texts; the ``urdf`` key of the description is not followed."""
+    document = parse(description, label, label, DescriptionError)
+    urdf, faults = read_urdf(urdf_text, str(document.data.get("urdf") or "urdf"), None)
+    return _build(document, urdf, faults, None, None)
+
+
+def _build(
+    document: Document,
+    urdf: Urdf | None,
+    urdf_faults: list[Fault],
+    path: Path | None,
+    urdf_folder: Path | None,
+) -> Source:
+    faults = structural_faults(document, Description)
+    faults += _reference_faults(document, urdf)
+    faults += urdf_faults
+    target = path or document.label
+    if faults or urdf is None:
+        raise DescriptionError(target, _unique(faults))
+    description = Description.model_validate(document.data)
+    try:
+        model = pin.buildModelFromXML(urdf.text)
+    except (ValueError, RuntimeError) as cause:
+        reason = " ".join(str(cause).split())
+        where = document.place(("urdf",))
+        raise DescriptionError(target, [Fault(where, f"Pinocchio refuses it: {reason}")]) from None
+    mechanism = _mechanism(description, urdf, model, path, urdf_folder)
+    if mechanism.platform_frame.joint == 0:
+        where = document.place(("platform",))
+        message = f"link {mechanism.platform!r} is fixed to the base; the platform must move"
+        raise DescriptionError(target, [Fault(where, message)])
+    return Source(mechanism, dict(description.home), document)
+
+
+def _unique(faults: Iterable[Fault]) -> list[Fault]:
+    return list(dict.fromkeys(faults))
+
+
+def _reference_faults(document: Document, urdf: Urdf | None) -> list[Fault]:
+    """Faults in what the file says about other names: unknown, duplicate, inconsistent."""
+    data, faults = document.data, []
+
+    def fault(message: str, *location: str | int) -> None:
+        faults.append(Fault(document.place(location), message))
+
+    def check(kind: str, name: Any, known: Iterable[str], *location: str | int) -> None:
+        known = list(known)
+        if isinstance(name, str) and name and name not in known:
+            fault(f"unknown {kind} {name!r}; {suggest(name, known)}", *location)
+
+    def items(key: str, model: type) -> list[tuple[int, Any]]:
+        entries = data.get(key)
+        pairs = enumerate(entries) if isinstance(entries, list) else ()
+        return [(k, good) for k, entry in pairs if (good := salvage(model, entry)) is not None]
+
+    def duplicates(kind: str, names: list[tuple[tuple[str | int, ...], str]]) -> None:
+        counts = Counter(name for _, name in names)
+        for location, name in names:
+            if counts[name] > 1:
+                fault(f"duplicate {kind} name {name!r}", *location)
+
+    loops, actuators = items("loops", LoopSpec), items("actuators", ActuatorSpec)
+    outputs = salvage(OutputsSpec, data.get("outputs"))
+    duplicates("loop", [(("loops", k, "name"), loop.name) for k, loop in loops])
+    duplicates("actuator", [(("actuators", k, "name"), a.name) for k, a in actuators])
+    duplicates("driven joint", [(("actuators", k, "joint"), a.joint) for k, a in actuators])
+    for k, actuator in actuators:
+        if actuator.scale == 0.0:
+            fault("scale must not be 0", "actuators", k, "scale")
+    for k, loop in loops:
+        if loop.frames[0] == loop.frames[1]:
+            fault("the two frames of a loop are the same", "loops", k, "frames")
+    if outputs is not None:
+        duplicates("output", [(("outputs", "names", k), n) for k, n in enumerate(outputs.names)])
+        count = OUTPUT_COUNT.get(outputs.kind, len(outputs.names))
+        if len(outputs.names) != count:
+            fault(
+                f"outputs of kind {outputs.kind} need {count} names, found {len(outputs.names)}",
+                "outputs",
+                "names",
+            )
+    names = [a.name for _, a in actuators]
+    drives = data.get("drives")
+    for drive, members in (drives if isinstance(drives, dict) else {}).items():
+        if not isinstance(members, list):
+            continue
+        for k, member in enumerate(members):
+            check("actuator", member, names, "drives", drive, k)
+            if members.count(member) > 1:
+                fault(f"actuator {member!r} stands twice in drive {drive!r}", "drives", drive, k)
+    if urdf is None:
+        return faults
+
+    moving = urdf.moving()
+    check("link", data.get("platform"), urdf.links, "platform")
+    for k, loop in loops:
+        for j, frame in enumerate(loop.frames):
+            link = frame.link if isinstance(frame, FrameSpec) else frame
+            check("link", link, urdf.links, "loops", k, "frames", j)
+    for k, actuator in actuators:
+        check("moving joint", actuator.joint, moving, "actuators", k, "joint")
+    if outputs is not None and outputs.kind == "joints":
+        for k, name in enumerate(outputs.names):
+            check("moving joint", name, moving, "outputs", "names", k)
+    home = data.get("home")
+    for joint, value in (home if isinstance(home, dict) else {}).items():
+        check("moving joint", joint, moving, "home", joint)
+        found = urdf.joints.get(joint) if isinstance(joint, str) else None
+        if found is None or not is_finite(value):
+            continue
+        low, high = found.lower, found.upper
+        if (low is not None and value < low) or (high is not None and value > high):
+            fault(f"home value {value:g} is outside the limits {low} .. {high}", "home", joint)
+    return faults
+
+
+def _mechanism(
+    description: Description,
+    urdf: Urdf,
+    model: pin.Model,
+    path: Path | None,
+    urdf_folder: Path | None,
+) -> Mechanism:
+    frames = _link_frames(model, urdf)
+    loops, row = [], 0
+    for spec in description.loops:
+        first, second = (_frame(frame, frames) for frame in spec.frames)
+        loops.append(Loop(spec.name, spec.type, (first, second), slice(row, row + ROWS[spec.type])))
+        row += ROWS[spec.type]
+
+    moving = list(model.names)[1:]
+    coordinate = {joint: model.joints[k + 1].idx_v for k, joint in enumerate(moving)}
+    revolving = np.array([urdf.joints[joint].type != "prismatic" for joint in moving])
+    lower = np.array([_bound(urdf.joints[joint].lower, -np.inf) for joint in moving])
+    upper = np.array([_bound(urdf.joints[joint].upper, np.inf) for joint in moving])
+    model.lowerPositionLimit, model.upperPositionLimit = lower, upper
+
+    actuators = {
+        spec.name: Actuator(
+            spec.name,
+            spec.joint,
+            coordinate[spec.joint],
+            spec.scale,
+            spec.offset,
+            not bool(revolving[coordinate[spec.joint]]),
+            _limit(model.upperEffortLimit[coordinate[spec.joint]]),
+            _limit(model.upperVelocityLimit[coordinate[spec.joint]]),
+        )
+        for spec in description.actuators
+    }
+    start = np.zeros(model.nq)
+    for joint, value in description.home.items():
+        start[coordinate[joint]] = value
+    kind, names = description.outputs.kind, tuple(description.outputs.names)
+    picked = tuple(coordinate[name] for name in names) if kind == "joints" else ()
+    angular = {
+        "joints": tuple(bool(revolving[k]) for k in picked),
+        "orientation": (True,) * 3,
+        "translation": (False,) * 3,
+        "pose": (False,) * 3 + (True,) * 3,
+    }[kind]
+    drives = description.drives or {"all": list(actuators)}
+    joint_of = {actuator.name: actuator.joint for actuator in actuators.values()}
+    for array in (lower, upper, revolving):
+        array.flags.writeable = False
+    return Mechanism(
+        name=description.name,
+        title=description.title,
+        source=description.source,
+        model=model,
+        platform=description.platform,
+        loops={loop.name: loop for loop in loops},
+        limbs=find_limbs(model, loops, joint_of, frames[description.platform].joint),
+        actuators=actuators,
+        outputs=Outputs(kind, names, picked, angular),
+        drives={name: tuple(members) for name, members in drives.items()},
+        length=description.length
+        or characteristic_length(model, loops, frames[description.platform], start),
+        lower=lower,
+        upper=upper,
+        revolving=revolving,
+        frames=frames,
+        urdf=urdf.text,
+        path=path.resolve() if path else None,
+        urdf_folder=urdf_folder.resolve() if urdf_folder else None,
+    )
+
+
+def _bound(value: float | None, default: float) -> float:
+    return default if value is None else value
+
+
+def _limit(value: float) -> float:
+    # URDF demands effort and velocity; 0 is what people write for "not given".
+    return float(value) if value > 0 else np.inf
+
+
+def _link_frames(model: pin.Model, urdf: Urdf) -> dict[str, Frame]:
+    frames = {}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and frame.name in urdf.links:
+            frames[frame.name] = Frame(frame.name, frame.parentJoint, frame.placement.copy())
+    return frames
+
+
+def _frame(spec: str | FrameSpec, frames: dict[str, Frame]) -> Frame:
+    if isinstance(spec, str):
+        return frames[spec]
+    offset = pin.SE3(pin.rpy.rpyToMatrix(*spec.rpy), np.array(spec.xyz))
+    base = frames[spec.link]
+    label = f"{spec.link}+{list(spec.xyz)}"
+    return Frame(label, base.joint, base.placement * offset)
+
+
+def characteristic_length(
+    model: pin.Model, loops: Sequence[Loop], platform: Frame, q: np.ndarray
+) -> float:
+    """Mean distance of the closure frames from the platform origin at q (nq,) [m]."""
+    data = model.createData()
+    pin.forwardKinematics(model, data, q)
+
+    def origin(frame: Frame) -> np.ndarray:
+        return (data.oMi[frame.joint] * frame.placement).translation
+
+    centre = origin(platform)
+    distances = [np.linalg.norm(origin(f) - centre) for loop in loops for f in loop.frames]
+    mean = float(np.mean(distances))
+    return mean if mean > 1e-9 else 1.0

@@ -1,0 +1,295 @@
+"""Reading and checking a URDF before Pinocchio sees it.
+
+Pinocchio reads ``continuous`` joints with two coordinates (cos, sin), a joint without limits as
+limited to 0..0, and ignores ``mimic``. Here every moving joint has one coordinate (nq = nv), a
+missing limit means no limit, and what cannot be represented is a fault with its line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+
+from lxml import etree
+
+from pinmech.errors import Fault
+
+MOVING = ("revolute", "continuous", "prismatic")
+SUPPORTED = (*MOVING, "fixed")
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """One joint of the URDF tree; limits are None where the file gives none [rad or m]."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    line: int
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A checked URDF.
+
+    Attributes:
+        text: the XML with ``continuous`` rewritten as ``revolute`` (see the module's note).
+        links: link names.
+        joints: joint name -> :class:`UrdfJoint`.
+    """
+
+    text: str
+    links: tuple[str, ...]
+    joints: dict[str, UrdfJoint]
+
+    def moving(self) -> list[str]:
+        """Names of the joints that move, in the order of the file."""
+        return [joint.name for joint in self.joints.values() if joint.type in MOVING]
+
+
+@dataclass
+class _Reader:
+    label: str
+    folder: Path | None
+    faults: list[Fault] = field(default_factory=list)
+
+    def fault(self, element: etree._Element | None, message: str) -> None:
+        where = self.label if element is None else f"{self.label}:{element.sourceline}"
+        self.faults.append(Fault(where, message))
+
+    def numbers(self, element: etree._Element, key: str, count: int) -> list[float] | None:
+        """``count`` finite numbers of an attribute; a fault and None when they are not that."""
+        text = element.get(key)
+        if text is None:
+            return None
+        try:
+            values = [float(part) for part in text.split()]
+        except ValueError:
+            values = []
+        if len(values) != count or not all(math.isfinite(value) for value in values):
+            what = "a finite number" if count == 1 else f"{count} finite numbers"
+            self.fault(element, f"<{element.tag} {key}={text!r}> must be {what}")
+            return None
+        return values
+
+    def number(self, element: etree._Element | None, key: str) -> float | None:
+        values = None if element is None else self.numbers(element, key, 1)
+        return None if values is None else values[0]
+
+
+def read_urdf(text: str, label: str, folder: Path | None) -> tuple[Urdf | None, list[Fault]]:
+    """Check URDF text; returns it with the faults found (None when it cannot be used at all).
+
+    Args:
+        text: the XML.
+        label: how the file is named in messages.
+        folder: the URDF's folder, which mesh paths may not leave; None when there is none.
+    """
+    reader = _Reader(label, folder)
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True)
+    try:
+        root = etree.fromstring(text.encode("utf-8"), parser)
+    except etree.XMLSyntaxError as cause:
+        line = (cause.position or (1, 0))[0]
+        message = f"not valid XML: {cause.msg}"
+        return None, [Fault(f"{label}:{line}", message)]
+    if root.tag != "robot":
+        return None, [Fault(f"{label}:{root.sourceline}", f"root must be <robot>, is <{root.tag}>")]
+    masses = _read_links(reader, root)
+    joints = _read_joints(reader, root, masses)
+    _check_tree(reader, root, masses, joints)
+    _check_meshes(reader, root)
+    for element in root.iter("joint"):
+        if element.get("type") == "continuous":
+            element.set("type", "revolute")
+            limit = element.find("limit")
+            if limit is None:
+                limit = etree.SubElement(element, "limit", effort="0", velocity="0")
+            limit.attrib.pop("lower", None)
+            limit.attrib.pop("upper", None)
+    out = etree.tostring(root, encoding="unicode")
+    return Urdf(out, tuple(masses), joints), reader.faults
+
+
+def _named(
+    reader: _Reader, root: etree._Element, tag: str
+) -> Iterator[tuple[str, etree._Element]]:
+    seen: dict[str, int] = {}
+    for element in root.findall(tag):
+        name = element.get("name", "")
+        if not name:
+            reader.fault(element, f"<{tag}> has no name")
+        elif name in seen:
+            reader.fault(element, f"{tag} {name!r} is already defined in line {seen[name]}")
+        else:
+            seen[name] = element.sourceline or 0
+            yield name, element
+
+
+def _read_links(reader: _Reader, root: etree._Element) -> dict[str, float]:
+    masses: dict[str, float] = {}
+    for name, link in _named(reader, root, "link"):
+        masses[name] = 0.0
+        inertial = link.find("inertial")
+        for origin in link.iter("origin"):
+            reader.numbers(origin, "xyz", 3)
+            reader.numbers(origin, "rpy", 3)
+        if inertial is None:
+            continue
+        mass = reader.number(inertial.find("mass"), "value")
+        if mass is None or mass < 0:
+            reader.fault(inertial, f"link {name!r}: mass must be a number of at least 0")
+            continue
+        masses[name] = mass
+        _check_inertia(reader, name, inertial, mass)
+    return masses
+
+
+def _check_inertia(
+    reader: _Reader, name: str, inertial: etree._Element, mass: float
+) -> None:
+    inertia = inertial.find("inertia")
+    if inertia is None:
+        if mass > 0:
+            reader.fault(inertial, f"link {name!r} has a mass but no <inertia>")
+        return
+    ixx, iyy, izz, ixy, ixz, iyz = (
+        reader.number(inertia, key) or 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    )
+    minors = (
+        ixx * iyy - ixy * ixy,
+        ixx * izz - ixz * ixz,
+        iyy * izz - iyz * iyz,
+        ixx * (iyy * izz - iyz**2) - ixy * (ixy * izz - iyz * ixz) + ixz * (ixy * iyz - iyy * ixz),
+    )
+    size = max(abs(ixx), abs(iyy), abs(izz))
+    if min(ixx, iyy, izz) < 0 or min(minors[:3]) < -1e-9 * size**2 or minors[3] < -1e-9 * size**3:
+        reader.fault(inertia, f"link {name!r}: the inertia matrix is not positive semi-definite")
+
+
+def _read_joints(
+    reader: _Reader, root: etree._Element, masses: dict[str, float]
+) -> dict[str, UrdfJoint]:
+    joints: dict[str, UrdfJoint] = {}
+    for name, element in _named(reader, root, "joint"):
+        kind = element.get("type", "")
+        if kind not in SUPPORTED:
+            reader.fault(
+                element,
+                f"joint {name!r} has type {kind!r}; supported: {', '.join(SUPPORTED)} "
+                "(build universal and spherical joints as chains of revolutes)",
+            )
+        if element.find("mimic") is not None:
+            reader.fault(
+                element,
+                f"joint {name!r} has <mimic>, which is not supported; model the coupling as a loop",
+            )
+        ends = []
+        for end in ("parent", "child"):
+            part = element.find(end)
+            link = "" if part is None else part.get("link", "")
+            if link not in masses:
+                reader.fault(element, f"joint {name!r}: {end} link {link!r} does not exist")
+            ends.append(link)
+        for origin in element.findall("origin"):
+            reader.numbers(origin, "xyz", 3)
+            reader.numbers(origin, "rpy", 3)
+        axis = element.find("axis")
+        if axis is not None:
+            values = reader.numbers(axis, "xyz", 3)
+            if values is not None and math.hypot(*values) < 1e-9:
+                reader.fault(axis, f"joint {name!r}: the axis must not be zero")
+        lower, upper = _read_limits(reader, name, kind, element.find("limit"))
+        dynamics = element.find("dynamics")
+        for key in ("damping", "friction"):
+            value = reader.number(dynamics, key)
+            if value is not None and value < 0:
+                reader.fault(dynamics, f"joint {name!r}: {key} must be at least 0, is {value:g}")
+        line = element.sourceline or 0
+        joints[name] = UrdfJoint(name, kind, ends[0], ends[1], line, lower, upper)
+    return joints
+
+
+def _read_limits(
+    reader: _Reader, name: str, kind: str, limit: etree._Element | None
+) -> tuple[float | None, float | None]:
+    if limit is None:
+        return None, None
+    for key in ("effort", "velocity"):
+        value = reader.number(limit, key)
+        if value is not None and value < 0:
+            reader.fault(limit, f"joint {name!r}: {key} must be at least 0, is {value:g}")
+    if kind == "continuous" or (limit.get("lower") is None and limit.get("upper") is None):
+        return None, None
+    # URDF: a bound that is left out beside one that is given is 0.
+    lower = 0.0 if limit.get("lower") is None else reader.number(limit, "lower")
+    upper = 0.0 if limit.get("upper") is None else reader.number(limit, "upper")
+    if lower is not None and upper is not None and lower > upper:
+        reader.fault(limit, f"joint {name!r}: lower limit {lower:g} is above the upper {upper:g}")
+    return lower, upper
+
+
+def _check_tree(
+    reader: _Reader,
+    root: etree._Element,
+    masses: dict[str, float],
+    joints: dict[str, UrdfJoint],
+) -> None:
+    parent_joint: dict[str, UrdfJoint] = {}
+    for joint in joints.values():
+        other = parent_joint.setdefault(joint.child, joint)
+        if other is not joint and joint.child in masses:
+            reader.faults.append(
+                Fault(
+                    f"{reader.label}:{joint.line}",
+                    f"link {joint.child!r} already hangs on joint {other.name!r}: a URDF is a tree;"
+                    " close the loop in the description file",
+                )
+            )
+    roots = [link for link in masses if link not in parent_joint]
+    if not masses:
+        reader.fault(root, "no <link> found")
+    elif len(roots) != 1:
+        listed = ", ".join(map(repr, roots)) or "none (the joints form a cycle)"
+        reader.fault(root, f"exactly one link must be the root of the tree, found {listed}")
+    subtree = dict(masses)
+    for link, mass in masses.items():
+        current, seen = link, {link}
+        while current in parent_joint:
+            current = parent_joint[current].parent
+            if current in seen:
+                reader.fault(root, f"link {link!r} is part of a cycle of joints")
+                return
+            seen.add(current)
+            if current in subtree:
+                subtree[current] += mass
+    for joint in joints.values():
+        if joint.type in MOVING and subtree.get(joint.child, 1.0) <= 0.0:
+            reader.faults.append(
+                Fault(
+                    f"{reader.label}:{joint.line}",
+                    f"nothing that joint {joint.name!r} moves has inertia: give link "
+                    f"{joint.child!r} or a link behind it an <inertial>",
+                )
+            )
+
+
+def _check_meshes(reader: _Reader, root: etree._Element) -> None:
+    for mesh in root.iter("mesh"):
+        path = mesh.get("filename", "")
+        for prefix in ("package://", "file://"):
+            path = path.removeprefix(prefix)
+        if reader.folder is None:
+            reader.fault(mesh, f"mesh {path!r}: a URDF given as text has no folder for meshes")
+            continue
+        folder = reader.folder.resolve()
+        target = (folder / PurePosixPath(path)).resolve()
+        if not target.is_relative_to(folder):
+            reader.fault(mesh, f"mesh {path!r} leaves the folder of the URDF; copy it there")
+        elif not target.is_file():
+            reader.fault(mesh, f"mesh {path!r} does not exist in the folder of the URDF")
