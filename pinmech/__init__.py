@@ -19,6 +19,7 @@ from pinmech import errors
 from pinmech.actuation.dynamics import InverseDynamics, forward_dynamics, inverse_dynamics
 from pinmech.actuation.dynamics_path import DynamicsPath, inverse_dynamics_path
 from pinmech.actuation.loads import Loads, Payload
+from pinmech.analysis.singularity import Singularity, singularity
 from pinmech.errors import PinmechError, SingularError, SolveError
 from pinmech.kinematics.assembly import from_text, load
 from pinmech.kinematics.path import forward_path, inverse_path
@@ -81,6 +82,7 @@ __all__ = [
     "Payload",
     "PinmechError",
     "SingularError",
+    "Singularity",
     "SizingTable",
     "Solution",
     "SolveError",
@@ -102,6 +104,7 @@ __all__ = [
     "inverse_path",
     "load",
     "mechanisms",
+    "singularity",
     "size_actuators",
     "tangent",
     "velocity",

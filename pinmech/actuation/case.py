@@ -10,10 +10,9 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, TypeVar
-
-import numpy as np
 
 from pinmech.actuation import profiles
 from pinmech.actuation.case_spec import (
@@ -234,20 +233,14 @@ class _Builder:
         if not isinstance(value, str) or not value:
             return None
         beside = self.folder / value
-        return self.attempt(
-            ("mechanism",), lambda: load(beside if beside.is_file() else value)
-        )
+        return self.attempt(("mechanism",), lambda: load(beside if beside.is_file() else value))
 
     def payload(self, value: Any) -> Payload | None:
         spec = salvage(PayloadSpec, value)
         if spec is None:
             return None
         com = tuple(float(x) for x in spec.com)
-        inertia = np.array(spec.matrix())
-        problem = inertia_problem(inertia)
-        if problem:
-            self.add(("payload", "inertia"), problem)
-            return None
+        inertia = spec.matrix()
         return self.attempt(
             ("payload",), lambda: Payload(mass=float(spec.mass), com=com, inertia=inertia)
         )
@@ -267,11 +260,12 @@ class _Builder:
         friction = {n: (float(j.coulomb), float(j.viscous)) for n, j in spec.joints.items()}
         fitting: dict[str, tuple[float, float]] = {}
         for name, values in friction.items():
-            one = {name: values}
-            if self.attempt(
-                ("friction", "joints", name), lambda one=one: mechanism.with_friction(one)
-            ):
+            known = mechanism.joints
+            if any(fnmatchcase(joint, name) for joint in known):
                 fitting[name] = values
+            else:
+                place = ("friction", "joints", name)
+                self.add(place, f"fits no joint; {suggest(name, known)}")
         return mechanism.with_friction(fitting, only=spec.only)
 
     def names(self, entries: list[Any]) -> None:
@@ -283,9 +277,7 @@ class _Builder:
             elif isinstance(name, str):
                 seen.add(name)
 
-    def load_case(
-        self, k: int, spec: LoadCaseSpec, mechanism: Mechanism | None
-    ) -> LoadCase | None:
+    def load_case(self, k: int, spec: LoadCaseSpec, mechanism: Mechanism | None) -> LoadCase | None:
         place = ("load_cases", k)
         if (spec.trajectory is None) == (spec.profile is None):
             self.add(place, "needs either a trajectory or a profile")
@@ -315,34 +307,36 @@ class _Builder:
     ) -> profiles.Profile | None:
         if mechanism is None:
             return None
-        outputs = mechanism.outputs
-        parts: list[tuple[str, Mapping[str, float] | None]]
-        if isinstance(spec, SlewSpec):
-            parts = [("from", spec.start), ("to", spec.goal)]
-        else:
-            parts = [
-                ("centre", spec.centre), ("amplitude", spec.amplitude), ("cycles", spec.cycles)
-            ]
+        outputs, kind = mechanism.outputs, mechanism.outputs.kind
         before = len(self.faults)
-        vectors = [
-            self.vector((*place, key), part, outputs, "rad" if key == "cycles" else spec.unit)
-            for key, part in parts
-        ]
-        if len(self.faults) > before:
-            return None
         if isinstance(spec, SlewSpec):
-            return self.attempt(
-                place,
-                lambda: profiles.rest_to_rest(
-                    *vectors, spec.duration, law_name=spec.law, step=spec.step, kind=outputs.kind
-                ),
-            )
-        return self.attempt(
-            place,
-            lambda: profiles.sweep(
-                *vectors, spec.duration, ramp=spec.ramp, step=spec.step, kind=outputs.kind
-            ),
-        )
+            slew = spec
+            start = self.vector((*place, "from"), slew.start, outputs, slew.unit)
+            goal = self.vector((*place, "to"), slew.goal, outputs, slew.unit)
+
+            def make() -> profiles.Profile:
+                return profiles.rest_to_rest(
+                    start, goal, slew.duration, law_name=slew.law, step=slew.step, kind=kind
+                )
+
+        else:
+            wave = spec
+            centre = self.vector((*place, "centre"), wave.centre, outputs, wave.unit)
+            amplitude = self.vector((*place, "amplitude"), wave.amplitude, outputs, wave.unit)
+            cycles = self.vector((*place, "cycles"), wave.cycles, outputs, "rad")
+
+            def make() -> profiles.Profile:
+                return profiles.sweep(
+                    centre,
+                    amplitude,
+                    cycles,
+                    wave.duration,
+                    ramp=wave.ramp,
+                    step=wave.step,
+                    kind=kind,
+                )
+
+        return self.attempt(place, make) if len(self.faults) == before else None
 
     def vector(
         self,
@@ -366,20 +360,3 @@ class _Builder:
             math.radians(part.get(name, 0.0)) if angle and unit == "deg" else part.get(name, 0.0)
             for name, angle in zip(outputs.names, outputs.angular, strict=True)
         ]
-
-
-def inertia_problem(inertia: np.ndarray) -> str:
-    """What keeps a matrix (3, 3) [kg m^2] from being a body's inertia; empty if nothing does."""
-    size = float(np.abs(inertia).max())
-    if not np.allclose(inertia, inertia.T, rtol=0, atol=1e-9 * size):
-        return "inertia must be symmetric"
-    low, middle, high = np.linalg.eigvalsh((inertia + inertia.T) / 2)
-    slack = 1e-9 * size
-    if low < -slack:
-        return f"inertia has a negative principal moment: {low:.4g} kg m2"
-    if low + middle < high - slack:
-        return (
-            f"no body has principal moments {low:.4g}, {middle:.4g}, {high:.4g} kg m2: "
-            "the largest must be at most the sum of the others"
-        )
-    return ""

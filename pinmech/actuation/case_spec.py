@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Union
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, Tag
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
+Text = Annotated[str, Field(min_length=1, max_length=2000)]
 Vector3 = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
 Vector6 = Annotated[list[FiniteFloat], Field(min_length=6, max_length=6)]
 Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]
@@ -117,7 +118,7 @@ class CaseSpec(_Strict):
     schema_version: Literal[1] = Field(alias="schema", description="version of this format")
     name: Name
     title: str = ""
-    assumptions: list[Name] = Field(default=[], description="printed below the tables")
+    assumptions: list[Text] = Field(default=[], description="printed below the tables")
     mechanism: Name = Field(description="built-in name, or description file relative to this file")
     payload: PayloadSpec | None = None
     friction: FrictionSpec | None = None

@@ -114,7 +114,7 @@ def rest_to_rest(
 def sweep(
     centre: Sequence[float] | Array,
     amplitude: Sequence[float] | Array,
-    cycles: Sequence[int] | Array,
+    cycles: Sequence[float] | Array,
     duration: float,
     *,
     ramp: float = 0.1,

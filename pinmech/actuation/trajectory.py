@@ -116,9 +116,7 @@ class Trajectory:
         if self.kind not in ("joints", "orientation", "translation", "pose"):
             raise InputError(f"unknown kind of outputs {self.kind!r}")
         if self.kind in _ROTATION and n != _ROTATION[self.kind].stop:
-            raise InputError(
-                f"{self.kind} outputs have {_ROTATION[self.kind].stop} names, not {n}"
-            )
+            raise InputError(f"{self.kind} outputs have {_ROTATION[self.kind].stop} names, not {n}")
 
     @classmethod
     def from_csv(cls, path: str | Path, outputs: Outputs | None = None) -> Trajectory:
@@ -136,9 +134,7 @@ class Trajectory:
         """
         path = Path(path)
         table = read_csv(path, outputs)
-        trajectory = cls(
-            table.names, table.time, table.values, table.units, source=str(path)
-        )
+        trajectory = cls(table.names, table.time, table.values, table.units, source=str(path))
         return trajectory if outputs is None else trajectory.matched(outputs)
 
     def to_csv(self, path: str | Path, *, comments: Sequence[str] = ()) -> None:
@@ -249,4 +245,3 @@ class Trajectory:
                 f"the orientation turns by {np.degrees(turn[k]):.0f} deg between "
                 f"t = {self.time[k]:g} s and {self.time[k + 1]:g} s: sample it more finely"
             )
-

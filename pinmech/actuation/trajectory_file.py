@@ -9,6 +9,7 @@ import csv
 import math
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,9 +86,7 @@ def read_csv(path: Path, outputs: Outputs | None = None) -> CsvTable:
     return CsvTable(names, units, table[:, 0], table[:, 1:] * np.array(factors))
 
 
-def column_faults(
-    names: Sequence[str], units: Sequence[str], outputs: Outputs
-) -> list[str]:
+def column_faults(names: Sequence[str], units: Sequence[str], outputs: Outputs) -> list[str]:
     """What keeps the columns of a trajectory from being the outputs of a mechanism."""
     wanted = tuple(outputs.names)
     faults = [
@@ -215,7 +214,7 @@ class _Reader:
 
     def check_times(self, rows: Sequence[tuple[int, list[float]]]) -> None:
         """Each time against the one before it: names every place where time stands or falls."""
-        for (before, first), (line, second) in zip(rows, rows[1:], strict=False):
+        for (before, first), (line, second) in pairwise(rows):
             t0, t1 = first[0], second[0]
             if t1 == t0:
                 self.add(line, f"time {t1!r} s appears twice: it stands on line {before} too")

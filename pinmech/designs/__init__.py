@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 from pinmech.designs.antenna_3rsu import TABLE_2, Antenna3RSU
 from pinmech.designs.decoupled_4r import Decoupled4R
 from pinmech.designs.decoupled_pf import DecoupledPF
+from pinmech.designs.gpr_3ps import GPR3PS
 from pinmech.designs.parts import Design
+from pinmech.designs.spherical_3paur import Spherical3PaUR
 
 if TYPE_CHECKING:
     from pinmech.mechanism.mechanism import Mechanism
@@ -26,6 +28,9 @@ DESIGNS: dict[str, Callable[[], Design]] = {
     "antenna_3rsu_s": lambda: Antenna3RSU(strut="spherical").build("antenna_3rsu_s"),
     "decoupled_pf": lambda: DecoupledPF().build("decoupled_pf"),
     "decoupled_4r": lambda: Decoupled4R().build("decoupled_4r"),
+    "spherical_3paur": lambda: Spherical3PaUR().build("spherical_3paur"),
+    "gpr_3ps": lambda: GPR3PS().build("gpr_3ps"),
+    "gpr_3ps_ideal": lambda: GPR3PS(augmented=False).build("gpr_3ps_ideal"),
 }
 
 
@@ -55,14 +60,34 @@ def decoupled_4r(**dimensions: Any) -> Mechanism:
     return assemble(Decoupled4R(**dimensions).build("decoupled_4r"))
 
 
+def spherical_3paur(**dimensions: Any) -> Mechanism:
+    """The spherical manipulator; arguments of :class:`Spherical3PaUR`, in SI."""
+    return assemble(Spherical3PaUR(**dimensions).build("spherical_3paur"))
+
+
+def gpr_3ps(**dimensions: Any) -> Mechanism:
+    """The gimbal positioner with virtual sliders; arguments of :class:`GPR3PS`, in SI."""
+    return assemble(GPR3PS(augmented=True, **dimensions).build("gpr_3ps"))
+
+
+def gpr_3ps_ideal(**dimensions: Any) -> Mechanism:
+    """The gimbal positioner without virtual sliders; arguments of :class:`GPR3PS`, in SI."""
+    return assemble(GPR3PS(augmented=False, **dimensions).build("gpr_3ps_ideal"))
+
+
 __all__ = [
     "DESIGNS",
+    "GPR3PS",
     "Antenna3RSU",
     "Decoupled4R",
     "DecoupledPF",
     "Design",
+    "Spherical3PaUR",
     "antenna_3rsu",
     "assemble",
     "decoupled_4r",
     "decoupled_pf",
+    "gpr_3ps",
+    "gpr_3ps_ideal",
+    "spherical_3paur",
 ]

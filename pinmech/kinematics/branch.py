@@ -112,6 +112,19 @@ def signs_at(mechanism: Mechanism, q: Array) -> Array:
         return determinant_signs(mechanism, system.jacobian())
 
 
+def state_signs(state: ClosedState) -> Array:
+    """(n_labelled,) signs of the labelled blocks at a state; where two modes meet, that of home.
+
+    Remembered with the state, which never changes.
+    """
+    found = state.__dict__.get("_signs")
+    if found is None:
+        signs = signs_at(state.mechanism, state.q)
+        found = np.where(signs == 0, home_signs(state.mechanism), signs)
+        state.__dict__["_signs"] = found
+    return found
+
+
 def mode_of(state: ClosedState) -> dict[str, int | None]:
     """Working mode of a state: limb -> +1, -1 or None (see the module's note).
 
@@ -136,8 +149,10 @@ def wanted_signs(mechanism: Mechanism, mode: Mapping[str, int] | None, guess: Cl
         InputError: a value other than +1 or -1, or a limb that has no mode.
     """
     home = home_signs(mechanism)
-    at_guess = home if guess is mechanism.home else signs_at(mechanism, guess.q)
-    signs = np.where(at_guess == 0, home, at_guess)
+    at_guess = home if guess is mechanism.home else state_signs(guess)
+    if not mode:
+        return at_guess
+    signs = at_guess.copy()
     names = [block.limb for block in labelled(mechanism)]
     for limb, sign in (mode or {}).items():
         if limb not in mechanism.limbs:

@@ -10,32 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from scipy.linalg import lapack
 
 from pinmech.errors import InputError
 from pinmech.kinematics.arguments import guess_state, matrix
-from pinmech.kinematics.branch import (
-    Block,
-    SignReader,
-    fully_labelled,
-    labelled,
-    wanted_signs,
-)
+from pinmech.kinematics.branch import Block, fully_labelled, labelled, wanted_signs
 from pinmech.kinematics.position import CONSISTENT, ForwardSolver, InverseSolver, output_rows
 from pinmech.kinematics.solution import Path, Solution
-from pinmech.kinematics.solver import CLAMP
-from pinmech.kinematics.state import CLOSED, ClosedState
-from pinmech.kinematics.tracking import CONTRACTION, LONGEST_MOVE
-from pinmech.mechanism.closures import ClosureSystem
+from pinmech.kinematics.state import ClosedState
+from pinmech.kinematics.warm import Warm
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]
 
-#: Newton steps that a warm pose may take before the careful solver is asked.
-_WARM_STEPS = 8
-#: A determinant below this part of its size at the last careful pose is looked at again.
-_NEAR_SINGULAR = 1e-4
 #: Relative change of the step along the path up to which extrapolation pays.
 _SMOOTH = 0.3
 
@@ -117,77 +104,24 @@ def forward_path(
     with mechanism.scratch() as system:
         solver = ForwardSolver(mechanism, system, names, limits=limits, tolerance=tolerance)
         warm = None
-        held = solver.coordinates
+        subset = solver.best_subset(start.q)
+        chosen = list(subset) if subset is not None else list(range(len(names)))
+        held = solver.coordinates[chosen]
         free = np.array([k for k in range(mechanism.model.nv) if k not in held])
-        if len(names) == solver.mobility and system.rows == len(free):
+        if subset is not None and system.rows == len(free):
             block = Block("all", np.arange(system.rows), free)
             system.evaluate(start.q)
             sign = np.sign(np.linalg.det(system.jacobian().take(free, axis=1) / mechanism.length))
             warm = Warm(mechanism, system, (block,), held, np.array([sign]))
-        runner = _Runner(mechanism, targets, limits=limits, progress=progress)
         wanted = solver.joint_values(targets)
-        return runner.run(warm, solver.solve, targets, start.q, wanted)
+        surplus = None
+        if len(chosen) < len(names):
 
+            def surplus(k: int, q: Array) -> bool:
+                return solver.mismatch(wanted[k], q) <= 0.1 * tolerance
 
-class Warm:
-    """The lean inner loop: Newton from an extrapolated neighbour, square systems only."""
-
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        system: ClosureSystem,
-        parts: tuple[Block, ...],
-        held: Array,
-        signs: Array,
-    ) -> None:
-        self.system, self.held, self.signs = system, held, signs
-        self.reader = SignReader(parts)
-        self.free = self.reader.free
-        self.length = mechanism.length
-        weights = np.where(mechanism.revolving[self.free], 1.0, 1.0 / mechanism.length)
-        self.weights = None if bool((weights == 1.0).all()) else weights
-        self.iterations, self.residual = 0, np.inf
-
-    def solve(self, q: Array) -> bool:
-        """Newton in place from q with its held coordinates set; False when not to be trusted."""
-        system, free = self.system, self.free
-        bound = (CLOSED * self.length) ** 2
-        first = 0.0
-        lu = pivots = None
-        for count in range(_WARM_STEPS + 1):
-            e = system.evaluate(q)
-            square = e.dot(e)
-            if square <= bound and lu is not None:
-                self.iterations, self.residual = count, square**0.5 / self.length
-                return self._same_branch(lu, pivots)
-            lu, pivots, x, info = lapack.dgesv(system.jacobian().take(free, 1), e)
-            if info != 0:
-                return False
-            scaled = x if self.weights is None else x * self.weights
-            step = max(scaled.max(), -scaled.min())
-            if not step <= CLAMP:
-                return False
-            if count == 0:
-                first = step
-                if step > LONGEST_MOVE:
-                    return False
-            elif count == 1 and step > CONTRACTION * first + 1e-6:
-                return False
-            q[free] -= x
-        return False
-
-    def _same_branch(self, lu: Array, pivots: Array) -> bool:
-        found = self.reader.read(lu, pivots) * self.signs
-        return bool(found.min() > self._least)
-
-    _least = 0.0
-
-    def calibrate(self, q: Array) -> None:
-        """Remember how small a determinant may get before the careful solver is asked."""
-        self.system.evaluate(q)
-        lu, pivots, _ = lapack.dgetrf(self.system.jacobian().take(self.free, 1))
-        sizes = np.abs(self.reader.read(lu, pivots))
-        self._least = _NEAR_SINGULAR * float(sizes.min())
+        runner = _Runner(mechanism, targets, limits=limits, progress=progress, check=surplus)
+        return runner.run(warm, solver.solve, targets, start.q, wanted[:, chosen])
 
 
 class _Runner:
@@ -200,8 +134,10 @@ class _Runner:
         *,
         limits: bool,
         progress: Progress | None,
+        check: Callable[[int, Array], bool] | None = None,
     ) -> None:
         self.mechanism, self.limits, self.progress = mechanism, limits, progress
+        self.check = check
         count = len(targets)
         self.q = np.full((count, mechanism.model.nq), np.nan)
         self.success = np.zeros(count, dtype=bool)
@@ -242,8 +178,10 @@ class _Runner:
                 else:
                     q = last.copy()
                 q[warm.held] = held[k]
-                if warm.solve(q) and (
-                    not bounded or ((q >= low).all() and (q <= high).all())
+                if (
+                    warm.solve(q)
+                    and (not bounded or ((q >= low).all() and (q <= high).all()))
+                    and (self.check is None or self.check(k, q))
                 ):
                     self.q[k] = last = q
                     self.success[k] = True

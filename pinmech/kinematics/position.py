@@ -14,6 +14,7 @@ from pinmech.kinematics.branch import (
     blocks,
     determinant_signs,
     fully_labelled,
+    home_signs,
     labelled,
     separates,
     wanted_signs,
@@ -32,6 +33,7 @@ from pinmech.kinematics.solver import (
 )
 from pinmech.kinematics.state import ClosedState, close, output_values
 from pinmech.kinematics.tracking import JointLine, Line, PoseLine, follow
+from pinmech.kinematics.warm import Warm
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
@@ -94,6 +96,12 @@ class InverseSolver:
         mechanism, system = self.mechanism, self.system
         q, count = start.copy(), 0
         if self.trusted:
+            q[self.held] = target
+            quick = _quick(mechanism, system)
+            quick.signs = self.signs
+            if quick.solve(q) and not (self.limits and limit_breaches(mechanism, q)):
+                return self._finish(q, quick.iterations)
+            q = start.copy()
             q[self.held] = target
             run = newton(self._problem(target), system, q)
             count = run.iterations
@@ -224,6 +232,8 @@ class InverseSolver:
         state, reason = close(self.mechanism, q, self.system.data)
         if state is None:
             return self._fail("not_converged", reason, count)
+        if self.trusted:
+            state.__dict__["_signs"] = self.signs
         return Solution(True, "ok", "converged", state.residual, count, state)
 
     def _fail(self, status: str, message: str, count: int) -> Solution:
@@ -232,6 +242,17 @@ class InverseSolver:
 
     def _at(self, target: Array) -> str:
         return "at " + describe(self.mechanism, target)
+
+
+def _quick(mechanism: Mechanism, system: ClosureSystem) -> Warm:
+    """The lean solver for a start near the answer; kept with the scratch memory."""
+    quick = system.kit.get("inverse")
+    if quick is None:
+        parts, held = labelled(mechanism), np.array(mechanism.outputs.coordinates)
+        quick = Warm(mechanism, system, parts, held, home_signs(mechanism))
+        quick.calibrate(mechanism.home.q)
+        system.kit["inverse"] = quick
+    return quick
 
 
 def describe(mechanism: Mechanism, target: Array) -> str:
@@ -332,6 +353,9 @@ class ForwardSolver:
         self.coordinates = np.array([a.coordinate for a in chosen], dtype=int)
         self._scale = np.array([a.scale for a in chosen])
         self._offset = np.array([a.offset for a in chosen])
+        self._weights = np.where(
+            mechanism.revolving[self.coordinates], 1.0, 1.0 / mechanism.length
+        )
         self.mobility = input_mobility(mechanism)
         self._count = 0
         if len(names) < self.mobility:
@@ -361,12 +385,8 @@ class ForwardSolver:
                     q = q_again
         else:
             return solution
-        mismatch = (wanted - q[self.coordinates]) * np.where(
-            self.mechanism.revolving[self.coordinates], 1.0, 1.0 / self.mechanism.length
-        )
-        worst = int(np.abs(mismatch).argmax())
-        if abs(mismatch[worst]) > self.tolerance:
-            return self._fail("inconsistent", self._mismatch(wanted, q, worst), self._count)
+        if self.mismatch(wanted, q) > self.tolerance:
+            return self._fail("inconsistent", self._contradiction(wanted, q), self._count)
         if self.limits and (breaches := limit_breaches(self.mechanism, q)):
             return self._fail("limit", f"needs {breaches[0]}", self._count)
         self.system.evaluate(q)
@@ -415,7 +435,13 @@ class ForwardSolver:
             return f"{np.rad2deg(value):.4g} deg"
         return f"{1e3 * value:.4g} mm"
 
-    def _mismatch(self, wanted: Array, q: Array, worst: int) -> str:
+    def mismatch(self, wanted: Array, q: Array) -> float:
+        """How far the joints of the actuators are from what was asked for [rad, or in
+        characteristic lengths]."""
+        return float(np.abs((wanted - q[self.coordinates]) * self._weights).max())
+
+    def _contradiction(self, wanted: Array, q: Array) -> str:
+        worst = int(np.abs((wanted - q[self.coordinates]) * self._weights).argmax())
         given = q.copy()
         given[self.coordinates] = wanted
         off = (wanted[worst] - q[self.coordinates[worst]]) * self._scale[worst]

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.mechanism.closures import gap, relative_placement, sense_fault
+from pinmech.mechanism.closures import gap, origin_distance, relative_placement, sense_fault
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
@@ -44,7 +44,8 @@ class ClosedState:
             )
         values = np.array(q, dtype=float)
         values.flags.writeable = False
-        self.__dict__.update(mechanism=mechanism, q=values, residual=residual)
+        own = self.__dict__
+        own["mechanism"], own["q"], own["residual"] = mechanism, values, residual
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a ClosedState is read-only")
@@ -133,17 +134,6 @@ def output_values(mechanism: Mechanism, q: Array, platform: pin.SE3) -> Array:
     return turn if kind == "orientation" else np.concatenate([platform.translation, turn])
 
 
-def raw_residual(mechanism: Mechanism, data: pin.Data) -> float:
-    """Largest loop gap over the characteristic length, from ``data.oMi``."""
-    return (
-        max(
-            gap(loop, relative_placement(loop, data), mechanism.length)
-            for loop in mechanism.loops.values()
-        )
-        / mechanism.length
-    )
-
-
 def close(mechanism: Mechanism, q: Array, data: pin.Data) -> tuple[ClosedState | None, str]:
     """A state from a solver's q whose kinematics ``data`` holds, or None and what is wrong.
 
@@ -151,13 +141,19 @@ def close(mechanism: Mechanism, q: Array, data: pin.Data) -> tuple[ClosedState |
     few rounding errors above :data:`CLOSED` is accepted, because the anchors' residual that the
     solver drove below it and the gap are different functions of the same poses.
     """
+    length, residual = mechanism.length, 0.0
     for loop in mechanism.loops.values():
-        wrong = sense_fault(loop, relative_placement(loop, data))
+        if loop.type == "spherical":
+            # The gap of two points, without the rotation: half the cost, in every solve.
+            residual = max(residual, origin_distance(loop, data) / length)
+            continue
+        placement = relative_placement(loop, data)
+        wrong = sense_fault(loop, placement)
         if wrong:
             return None, wrong
-    residual = raw_residual(mechanism, data)
+        residual = max(residual, gap(loop, placement, length) / length)
     if not residual <= 4 * CLOSED:
-        return None, f"loops are open by {residual * mechanism.length:.3g} m"
+        return None, f"loops are open by {residual * length:.3g} m"
     return ClosedState(mechanism, q, residual, _key=_PASS), ""
 
 
@@ -184,12 +180,14 @@ def verify_closed(
         raise InputError("q must be finite")
     data = mechanism.model.createData()
     pin.forwardKinematics(mechanism.model, data, values)
+    residual = 0.0
     for loop in mechanism.loops.values():
         placement = relative_placement(loop, data)
         wrong = sense_fault(loop, placement)
         if wrong:
             raise InputError(wrong)
         open_by = gap(loop, placement, mechanism.length)
+        residual = max(residual, open_by / mechanism.length)
         if not open_by <= tolerance * mechanism.length:
             raise InputError(f"loop {loop.name} is open by {open_by:.3g} m")
-    return ClosedState(mechanism, values, raw_residual(mechanism, data), _key=_PASS)
+    return ClosedState(mechanism, values, residual, _key=_PASS)

@@ -14,8 +14,10 @@ Rows cannot tell an axis from its opposite; :func:`sense_fault` does.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -54,11 +56,22 @@ _SAME_SENSE: dict[str, tuple[int, ...]] = {
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame on a body: the moving joint that carries it (0 = base) and its placement there."""
+    """A frame on a body.
+
+    Attributes:
+        label: its link, with the offset if there is one.
+        joint: Pinocchio id of the moving joint that carries it, 0 for the base.
+        placement: its placement on that body.
+        origin: (3,) the translation of ``placement`` [m].
+    """
 
     label: str
     joint: int
     placement: pin.SE3
+    origin: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", np.array(self.placement.translation))
 
 
 @dataclass(frozen=True)
@@ -86,6 +99,14 @@ def relative_placement(loop: Loop, data: pin.Data) -> pin.SE3:
     return one.actInv(two)
 
 
+def origin_distance(loop: Loop, data: pin.Data) -> float:
+    """Distance of the two frames' origins [m], from ``data.oMi``."""
+    first, second = loop.frames
+    poses = data.oMi
+    t = poses[first.joint].act(first.origin) - poses[second.joint].act(second.origin)
+    return math.sqrt(t.dot(t))
+
+
 def gap(loop: Loop, placement: pin.SE3, length: float) -> float:
     """How far a loop is open [m], from the raw relative placement; angles count as length · angle.
 
@@ -95,7 +116,7 @@ def gap(loop: Loop, placement: pin.SE3, length: float) -> float:
     t, rotation = placement.translation, placement.rotation
     kind = loop.type
     if kind == "spherical":
-        return float(np.linalg.norm(t))
+        return math.sqrt(t.dot(t))
     if kind == "universal":
         tilt = abs(np.arcsin(np.clip(rotation[2, 2], -1.0, 1.0)))
         return float(np.hypot(np.linalg.norm(t), length * tilt))
@@ -153,6 +174,8 @@ class ClosureSystem:
         self._slices = [self._all[3 * k : 3 * k + 3] for k in range(len(self._pairs))]
         self._kept = None if len(kept) == len(self._all) else np.array(kept)
         self.residual = self._all if self._kept is None else np.zeros(len(kept))
+        #: What solvers keep with this scratch memory, by name.
+        self.kit: dict[str, Any] = {}
 
     def evaluate(self, q: Array) -> Array:
         """Residual (rows,) [m] at q (nq,); the Jacobian belongs to the last q evaluated."""

@@ -1,0 +1,58 @@
+# Set-up and the two jobs: `make size` (the main job) and `make test`. Needs Python >= 3.11 and pip.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: help size test check lint types imports pytest modes bench clean
+
+help:
+	@echo "make size   torque and actuator sizing table of the antenna mechanism, into out/"
+	@echo "make test   lint, types, import direction, generated files, tests"
+	@echo "make check  the committed URDFs, descriptions and trajectories are what the scripts write"
+	@echo "make modes  inverse kinematics of 20,000 random poses against the closed form"
+	@echo "make bench  speed against placo, a plain loop and MuJoCo (installs placo beside)"
+	@echo "make clean  remove .venv and out/"
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit("pinmech needs Python 3.11 or newer, this is " + sys.version.split()[0] + "; try: make PYTHON=python3.11 ...") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv $(VENV)
+
+# The stamps say what is installed: a second run does not install again.
+$(VENV)/.run: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[all]'
+	@touch $@
+
+$(VENV)/.test: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	@touch $@ $(VENV)/.run
+
+size: $(VENV)/.run
+	$(BIN)/pinmech size scripts/cases/antenna_relay.yaml --out out/antenna_relay
+
+test: lint types imports check pytest
+
+lint: $(VENV)/.test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/.test
+	$(BIN)/mypy
+
+imports: $(VENV)/.test
+	$(BIN)/lint-imports
+
+check: $(VENV)/.test
+	$(BIN)/python scripts/make_designs.py --check
+	$(BIN)/python scripts/make_relay_trajectory.py --check
+
+pytest: $(VENV)/.test
+	$(BIN)/python -m pytest
+
+modes: $(VENV)/.test
+	$(BIN)/python scripts/check_modes.py
+
+bench: $(VENV)/.test
+	$(BIN)/python scripts/bench_kinematics.py
+
+clean:
+	rm -rf $(VENV) out

@@ -1,0 +1,1 @@
+"""What a mechanism can do: singularities, mobility and screws of a closed state."""

@@ -1,0 +1,82 @@
+"""A sizing run as a person starts it: progress bar, tables in the terminal, all files in a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pinmech.actuation.case import Case
+from pinmech.actuation.sizing import size_actuators
+from pinmech.actuation.sizing_table import SizingTable
+from pinmech.errors import MissingExtraError
+from pinmech.show.plots import save_torque_plots
+from pinmech.show.tables import print_table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def size_with_bar(case: Case | str | Path, to: Console) -> SizingTable:
+    """:func:`pinmech.size_actuators` with a progress bar.
+
+    Args:
+        case: as for ``size_actuators``.
+        to: rich console, e.g. of :func:`pinmech.show.tables.console`.
+
+    Raises:
+        MissingExtraError: rich is not installed.
+    """
+    try:
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+    except ImportError:
+        raise MissingExtraError("rich", "cli") from None
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn()
+    with Progress(*columns, console=to, transient=True) as bar:
+        task = bar.add_task("reading", total=None)
+        return size_actuators(
+            case,
+            progress=lambda done, total, label: bar.update(
+                task, completed=done, total=total, description=label
+            ),
+        )
+
+
+def write_report(table: SizingTable, folder: str | Path) -> list[Path]:
+    """Write ``sizing_<case>`` .csv, _envelope.csv, .md, .html, and a plot for each load case.
+
+    Args:
+        table: the sizing table.
+        folder: is made if need be.
+
+    Returns:
+        The files, the page first among those to look at.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed (the other files are written first).
+        OSError: a file cannot be written.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    stem = "sizing_" + ("".join(c if c.isalnum() or c in "-_." else "_" for c in table.name))
+    rows, envelope = folder / f"{stem}.csv", folder / f"{stem}_envelope.csv"
+    text, page = folder / f"{stem}.md", folder / f"{stem}.html"
+    table.to_csv(rows)
+    table.to_csv(envelope, envelope=True)
+    table.to_markdown(text)
+    table.to_html(page)
+    plots = save_torque_plots(table, folder)
+    table.to_html(page, figures=[(caption, path.name) for caption, path in plots])
+    return [rows, envelope, text, page, *(path for _, path in plots)]
+
+
+def report(case: Case | str | Path, folder: str | Path, to: Console) -> SizingTable:
+    """Size a case with a progress bar, print the tables, write the files, name them.
+
+    Raises:
+        MissingExtraError, PinmechError, OSError: as for the steps above.
+    """
+    table = size_with_bar(case, to)
+    print_table(table, to)
+    for path in write_report(table, folder):
+        to.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
+    return table
