@@ -19,6 +19,8 @@ from pinmech import errors
 from pinmech.actuation.dynamics import InverseDynamics, forward_dynamics, inverse_dynamics
 from pinmech.actuation.dynamics_path import DynamicsPath, inverse_dynamics_path
 from pinmech.actuation.loads import Loads, Payload
+from pinmech.analysis.mobility import Mobility, mobility
+from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
 from pinmech.analysis.singularity import Singularity, singularity
 from pinmech.errors import PinmechError, SingularError, SolveError
 from pinmech.kinematics.assembly import from_text, load
@@ -76,11 +78,14 @@ __all__ = [
     "ClosedState",
     "DynamicsPath",
     "InverseDynamics",
+    "LimbScrews",
     "Loads",
     "Mechanism",
+    "Mobility",
     "Path",
     "Payload",
     "PinmechError",
+    "ScrewSystem",
     "SingularError",
     "Singularity",
     "SizingTable",
@@ -102,8 +107,10 @@ __all__ = [
     "inverse_dynamics_path",
     "inverse_jacobian",
     "inverse_path",
+    "limb_screws",
     "load",
     "mechanisms",
+    "mobility",
     "singularity",
     "size_actuators",
     "tangent",

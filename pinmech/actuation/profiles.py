@@ -70,7 +70,11 @@ def law(name: str, s: Array) -> tuple[Array, Array, Array]:
     if name not in LAWS:
         raise InputError(f"unknown law {name!r}; known: {', '.join(LAWS)}")
     p = np.polynomial.Polynomial(LAWS[name])
-    return p(s), p.deriv(1)(s), p.deriv(2)(s)
+    # Both laws are odd about the middle: p(s) = 1 - p(1 - s). Rest is then exact at both ends.
+    s = np.asarray(s, dtype=float)
+    late, x = s > 0.5, np.minimum(s, 1 - s)
+    sign = np.where(late, -1.0, 1.0)
+    return np.where(late, 1 - p(x), p(x)), p.deriv(1)(x), sign * p.deriv(2)(x)
 
 
 def rest_to_rest(
@@ -105,7 +109,7 @@ def rest_to_rest(
     p, dp, ddp = law(law_name, time / duration)
     way = last - first
     values = first + p[:, None] * way
-    values[-1] = last
+    values[-1] = last  # to the last bit
     return _profile(
         time, values, dp[:, None] * way / duration, ddp[:, None] * way / duration**2, kind
     )

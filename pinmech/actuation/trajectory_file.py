@@ -145,7 +145,7 @@ class _Reader:
 
     def split(self, number: int, line: str) -> list[str]:
         try:
-            return [field.strip() for field in next(csv.reader([line], strict=True))]
+            return [field.strip() for field in next(csv.reader([line], strict=True, skipinitialspace=True))]
         except csv.Error as cause:
             self.add(number, f"is not a CSV line: {cause}")
             return []

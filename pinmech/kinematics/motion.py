@@ -44,10 +44,17 @@ class Motions:
 
 def motions_at(mechanism: Mechanism, system: ClosureSystem) -> Motions:
     """The feasible motions at the last evaluated q."""
-    k = scaled_closure_jacobian(mechanism, system)
-    _, values, vt = np.linalg.svd(k)
+    return split_motions(mechanism, system, np.arange(mechanism.model.nv))
+
+
+def split_motions(mechanism: Mechanism, system: ClosureSystem, free: Array) -> Motions:
+    """The feasible motions of the free coordinates (n,), all others welded, at the last q."""
+    _, values, vt = np.linalg.svd(scaled_closure_jacobian(mechanism, system)[:, free])
     rank = rank_of(values)
-    feasible = vt[rank:].T
+    feasible = np.zeros((mechanism.model.nv, len(free) - rank))
+    feasible[free] = vt[rank:].T
+    if feasible.shape[1] == 0:
+        return Motions(values, rank, feasible, feasible)
     twist = frame_twist(mechanism, system, mechanism.platform_frame) * velocity_scale(mechanism)
     twist[:3] /= mechanism.length
     visible = np.vstack(
@@ -57,10 +64,7 @@ def motions_at(mechanism: Mechanism, system: ClosureSystem) -> Motions:
             np.eye(mechanism.model.nv)[mechanism.actuator_coordinates],
         ]
     )
-    seen = visible @ feasible
-    if feasible.shape[1] == 0:
-        return Motions(values, rank, feasible, feasible)
-    _, strengths, directions = np.linalg.svd(seen)
+    _, strengths, directions = np.linalg.svd(visible @ feasible)
     count = int((strengths > RANK * max(1.0, strengths[0])).sum())
     return Motions(values, rank, feasible @ directions[:count].T, feasible @ directions[count:].T)
 

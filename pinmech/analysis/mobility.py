@@ -1,0 +1,167 @@
+"""Mobility from the rank of the scaled closure Jacobian, never from counting rows.
+
+Instantaneous mobility counts feasible velocities; finite mobility counts motions that go on. They
+differ where closures close only to first order, as in the ideal three-rod gimbal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from pinmech.errors import UnknownNameError
+from pinmech.kinematics.arguments import closed
+from pinmech.kinematics.motion import Motions, split_motions
+from pinmech.kinematics.scaling import RANK, scaled_closure_jacobian, velocity_scale
+from pinmech.kinematics.solver import Problem, newton
+from pinmech.kinematics.state import ClosedState, close
+from pinmech.mechanism.closures import ClosureSystem, relative_placement, row_wrenches
+from pinmech.mechanism.mechanism import Mechanism
+
+Array = np.ndarray
+
+#: Finite motions are tried with this step [rad, or in characteristic lengths] ...
+_STEP = 0.03
+#: ... and count when at least this part of the step remains once the loops are closed again.
+_KEPT = 0.1
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """Mobility of a closed state.
+
+    Attributes:
+        dof: instantaneous mobility: independent feasible motions, the idle ones left out.
+        finite_dof: how many of them go on as finite motions, found by walking along them.
+        idle: number of idle motions (they move neither platform, outputs nor actuators).
+        idle_joints: the joints that idle motions move.
+        joints: number of joint coordinates that may move (locked ones left out).
+        rows: number of closure rows.
+        rank: rank of the scaled closure Jacobian.
+        overconstraint: rows - rank.
+        kutzbach: joints - rows, what counting freedoms and constraints gives.
+        redundant_loops: loops among whose rows the dependent ones are.
+        reactions_unique: loop -> (6,) bool: whether the closures alone determine each component
+            (force, then moment, axes of the loop's first frame) of its reaction.
+        singular_values: of the scaled closure Jacobian, descending (dimensionless).
+        tolerance: singular values up to this count as zero (dimensionless).
+        gap: smallest singular value that counts over the largest that does not.
+        locked: the joints that were taken as welded.
+    """
+
+    dof: int
+    finite_dof: int
+    idle: int
+    idle_joints: tuple[str, ...]
+    joints: int
+    rows: int
+    rank: int
+    overconstraint: int
+    kutzbach: int
+    redundant_loops: tuple[str, ...]
+    reactions_unique: Mapping[str, Array]
+    singular_values: Array
+    tolerance: float
+    gap: float
+    locked: tuple[str, ...]
+
+
+def mobility(state: ClosedState, *, locked: Sequence[str] = ()) -> Mobility:
+    """Mobility at a closed state, dimensionless and independent of where the loops are cut.
+
+    Args:
+        state: a closed state.
+        locked: joints or actuators that are taken as welded there.
+
+    Raises:
+        UnknownNameError: a locked name is neither a joint nor an actuator.
+    """
+    mechanism = closed(state).mechanism
+    welded = _coordinates(mechanism, locked)
+    free = np.array([k for k in range(mechanism.model.nv) if k not in welded], dtype=int)
+    with mechanism.scratch() as system:
+        system.evaluate(state.q)
+        found = split_motions(mechanism, system, free)
+        u, values, _ = np.linalg.svd(scaled_closure_jacobian(mechanism, system)[:, free])
+        wrenches = {
+            name: row_wrenches(loop, relative_placement(loop, system.data), mechanism.length)
+            for name, loop in mechanism.loops.items()
+        }
+        finite = _finite(mechanism, system, state.q, free, found)
+    rank, tolerance = found.rank, RANK * float(values[0]) if len(values) else 0.0
+    dependent = u[:, rank:]
+    loops, unique = [], {}
+    sizes = np.array([1.0] * 3 + [1.0 / mechanism.length] * 3)[:, None]
+    for name, loop in mechanism.loops.items():
+        part = dependent[loop.rows]
+        if np.abs(part).max(initial=0.0) > np.sqrt(RANK):
+            loops.append(name)
+        unique[name] = np.abs(sizes * (wrenches[name] @ part)).max(axis=1, initial=0.0) < 1e-6
+    moved = np.abs(found.idle).max(axis=1, initial=0.0) > 1e-6
+    below = max(float(values[rank]) if rank < len(values) else 0.0, float(np.finfo(float).eps))
+    return Mobility(
+        dof=found.basis.shape[1],
+        finite_dof=finite,
+        idle=found.idle.shape[1],
+        idle_joints=tuple(n for n, m in zip(mechanism.joints, moved, strict=True) if m),
+        joints=len(free),
+        rows=u.shape[0],
+        rank=rank,
+        overconstraint=u.shape[0] - rank,
+        kutzbach=len(free) - u.shape[0],
+        redundant_loops=tuple(loops),
+        reactions_unique=MappingProxyType(unique),
+        singular_values=values,
+        tolerance=tolerance,
+        gap=float(values[rank - 1]) / below if rank else float("inf"),
+        locked=tuple(mechanism.joints[k] for k in sorted(welded)),
+    )
+
+
+def _coordinates(mechanism: Mechanism, names: Sequence[str]) -> set[int]:
+    if isinstance(names, str):
+        names = [names]
+    found = set()
+    for name in names:
+        if name in mechanism.joints:
+            found.add(mechanism.coordinate(name))
+        elif name in mechanism.actuators:
+            found.add(mechanism.actuators[name].coordinate)
+        else:
+            raise UnknownNameError("joint or actuator", str(name), mechanism.joints)
+    return found
+
+
+def _finite(
+    mechanism: Mechanism, system: ClosureSystem, q: Array, free: Array, found: Motions
+) -> int:
+    """How many of the feasible motions go on: walks a small step along random ones, closes the
+    loops again and sees which part of the step has survived.
+
+    Where branches of motion cross, the surviving steps span more than one branch; so the mobility
+    at the points that were reached bounds the answer.
+    """
+    count = found.basis.shape[1]
+    if count == 0:
+        return 0
+    scale = velocity_scale(mechanism)
+    problem = Problem(mechanism, free)
+    rng = np.random.default_rng(0)
+    kept, mobilities = [], []
+    for k in range(3 * count + 3):
+        # The basis vectors first, both ways round, then random mixtures.
+        mix = np.eye(count)[k // 2] * (-1.0) ** k if k < 2 * count else rng.normal(size=count)
+        mix /= np.linalg.norm(mix)
+        ahead = q + _STEP * scale * (found.basis @ mix)
+        run = newton(problem, system, ahead, iterations=80)
+        if not run.converged or close(mechanism, ahead, system.data)[0] is None:
+            continue
+        kept.append(found.basis.T @ ((ahead - q) / scale) / _STEP)
+        mobilities.append(split_motions(mechanism, system, free).basis.shape[1])
+    if not kept:
+        return 0
+    strengths = np.linalg.svd(np.array(kept), compute_uv=False)
+    return min(int((strengths > _KEPT).sum()), max(mobilities))
