@@ -127,7 +127,7 @@ def _system(
     columns = [k for k in limb.coordinates if k not in driven]
     scale = _scale(mechanism)
     rows = []
-    body, chain = _chain(mechanism, mechanism.platform_frame.joint, stop=())
+    _, chain = _chain(mechanism, mechanism.platform_frame.joint, stop=())
     own = set(limb.coordinates)
     if chain and set(chain) <= own:
         # The tree's own path to the platform runs through this limb.

@@ -1,46 +1,78 @@
 """Working modes: which inverse branch each limb is on.
 
 With the outputs held the platform stands still and the limbs move independently of each other, so
-the closure Jacobian in the remaining coordinates falls into one block per limb. A square block has
-a determinant that changes sign only where the limb passes through its type 1 singularity (or where
-a passive joint chain locks, which joint limits exclude): its sign relative to home labels the
-limb's working mode.
+the equations in the remaining coordinates fall into one block B per limb: its closure rows and,
+for the limb through which the tree reaches the platform, the six rows of the platform's twist.
+
+A square block has a determinant that changes sign only where the limb passes through its type 1
+singularity (or where a passive joint chain locks, which joint limits exclude): its sign relative
+to home labels the limb's working mode.
+
+An overconstrained limb has more rows than coordinates; its rows depend on each other. Each minor
+of B is c · z, where c = sqrt(det BᵀB) up to sign vanishes exactly where B loses rank, and z is a
+minor of the row dependencies (Plücker duality). A minor whose z does not vanish thus has the sign
+we want. Which one that is, is found on closed states: of all minors the one whose smallest ratio
+|minor| / c over random walks from home is largest; if even that is small, the limb has no label.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations, islice
 
 import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.memo import per_mechanism
+from pinmech.kinematics.scaling import (
+    frame_twist,
+    null_space,
+    scaled_closure_jacobian,
+    scaled_output_jacobian,
+    velocity_scale,
+)
 from pinmech.kinematics.state import ClosedState
+from pinmech.kinematics.walks import closed_walks
+from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 Mode = Mapping[str, int]
 
+#: A minor labels a limb when it is at least this part of c on all states visited.
+_TRUSTED = 0.05
+_MINORS = 5000
+
 
 @dataclass(frozen=True)
 class Block:
-    """The part of the equations that belongs to one limb, with the outputs held.
+    """The equations of one limb with the outputs held.
 
     Attributes:
         limb: its name.
         rows: closure rows of the limb's loops.
         free: the limb's coordinates that are not outputs.
+        carries: True when the tree reaches the platform through this limb, so that the six rows
+            of the platform's twist belong to it.
+        minor: rows of the block whose determinant labels the working mode; None without label.
     """
 
     limb: str
     rows: Array
     free: Array
+    carries: bool = False
+    minor: Array | None = None
+
+    @property
+    def height(self) -> int:
+        """Number of equations."""
+        return len(self.rows) + 6 * self.carries
 
     @property
     def square(self) -> bool:
-        """True when the determinant exists (and is not empty)."""
-        return len(self.rows) == len(self.free) > 0
+        """True when there are as many equations as coordinates (and some)."""
+        return self.height == len(self.free) > 0
 
     @property
     def empty(self) -> bool:
@@ -49,35 +81,60 @@ class Block:
 
 
 @per_mechanism
-def separates(mechanism: Mechanism) -> bool:
-    """True when holding the output joints holds the platform, so that limbs are independent.
+def independent(mechanism: Mechanism) -> bool:
+    """True when, with the outputs held, no feasible velocity at home moves the platform."""
+    with mechanism.scratch() as system:
+        system.evaluate(mechanism.home.q)
+        held = np.vstack(
+            [
+                scaled_closure_jacobian(mechanism, system),
+                scaled_output_jacobian(mechanism, system),
+            ]
+        )
+        twist = _platform_twist(mechanism, system) * velocity_scale(mechanism)
+        return bool(np.abs(twist @ null_space(held)).max(initial=0.0) < 1e-6 * mechanism.length)
 
-    That is so when every joint between base and platform in the tree is an output.
-    """
-    if mechanism.outputs.kind != "joints":
-        return False
-    model, body = mechanism.model, mechanism.platform_frame.joint
+
+@per_mechanism
+def separates(mechanism: Mechanism) -> bool:
+    """True when holding the output joints holds the platform by itself: every joint between base
+    and platform in the tree is an output. Then each limb can be solved alone."""
+    held = set(mechanism.outputs.coordinates)
+    return mechanism.outputs.kind == "joints" and _chain(mechanism) <= held
+
+
+def _chain(mechanism: Mechanism) -> set[int]:
+    """Coordinates between base and platform in the tree."""
+    model, body, found = mechanism.model, mechanism.platform_frame.joint, set()
     while body != 0:
-        if model.joints[body].idx_v not in mechanism.outputs.coordinates:
-            return False
+        found.add(model.joints[body].idx_v)
         body = model.parents[body]
-    return True
+    return found
+
+
+def _platform_twist(mechanism: Mechanism, system: ClosureSystem) -> Array:
+    """(6, nv) platform twist per joint velocity, all in metres (angles times the length)."""
+    twist = frame_twist(mechanism, system, mechanism.platform_frame)
+    twist[3:] *= mechanism.length
+    return twist
 
 
 @per_mechanism
 def blocks(mechanism: Mechanism) -> tuple[Block, ...]:
     """One block per limb, in the order of ``mechanism.limbs``; empty when limbs do not separate."""
-    if not separates(mechanism):
+    if not independent(mechanism):
         return ()
-    held = set(mechanism.outputs.coordinates)
+    held, chain = set(mechanism.outputs.coordinates), _chain(mechanism)
     found = []
     for limb in mechanism.limbs.values():
         rows = [np.arange(*mechanism.loops[name].rows.indices(10**9)) for name in limb.loops]
+        free = np.array([k for k in limb.coordinates if k not in held], dtype=int)
         found.append(
             Block(
                 limb.name,
                 np.concatenate(rows) if rows else np.zeros(0, dtype=int),
-                np.array([k for k in limb.coordinates if k not in held], dtype=int),
+                free,
+                carries=chain <= set(limb.coordinates) and bool(chain & set(free.tolist())),
             )
         )
     return tuple(found)
@@ -85,42 +142,86 @@ def blocks(mechanism: Mechanism) -> tuple[Block, ...]:
 
 @per_mechanism
 def labelled(mechanism: Mechanism) -> tuple[Block, ...]:
-    """The blocks whose determinant labels the working mode."""
-    return tuple(block for block in blocks(mechanism) if block.square)
+    """The blocks that have a label, with the minor that is it."""
+    found = [block for block in blocks(mechanism) if not block.empty]
+    tall = [block for block in found if not block.square and block.height > len(block.free)]
+    minors = _find_minors(mechanism, tall) if tall else {}
+    out = []
+    for block in found:
+        if block.square:
+            out.append(replace(block, minor=np.arange(block.height)))
+        elif block.limb in minors:
+            out.append(replace(block, minor=minors[block.limb]))
+    return tuple(out)
 
 
-def determinant_signs(mechanism: Mechanism, jacobian: Array) -> Array:
-    """(n_labelled,) signs of the labelled blocks of a closure Jacobian (rows, nv)."""
-    return np.array(
-        [
-            np.sign(np.linalg.det(jacobian[np.ix_(block.rows, block.free)] / mechanism.length))
-            for block in labelled(mechanism)
-        ]
-    )
+def _find_minors(mechanism: Mechanism, tall: Sequence[Block]) -> dict[str, Array]:
+    samples: dict[str, list[Array]] = {block.limb: [] for block in tall}
+    with mechanism.scratch() as system:
+        for _ in closed_walks(mechanism, system, walks=8, steps=10, step=0.15):
+            for block in tall:
+                samples[block.limb].append(block_matrix(mechanism, system, block))
+    found = {}
+    for block in tall:
+        matrices = np.array(samples[block.limb]) / mechanism.length
+        size = np.sqrt(np.abs(np.linalg.det(np.swapaxes(matrices, 1, 2) @ matrices)))
+        regular = size > 1e-6 * size.max(initial=0.0)
+        if not regular.any() or size.max() < 1e-9:
+            continue
+        best, best_ratio = None, _TRUSTED
+        for rows in islice(combinations(range(block.height), len(block.free)), _MINORS):
+            minors = np.abs(np.linalg.det(matrices[:, rows, :]))
+            ratio = float((minors[regular] / size[regular]).min())
+            if ratio > best_ratio:
+                best, best_ratio = rows, ratio
+        if best is not None:
+            found[block.limb] = np.array(best)
+    return found
+
+
+def block_matrix(mechanism: Mechanism, system: ClosureSystem, block: Block) -> Array:
+    """(height, n_free) equations of a block [m] at the last evaluated q."""
+    matrix = system.jacobian()[np.ix_(block.rows, block.free)]
+    if not block.carries:
+        return matrix
+    return np.vstack([matrix, _platform_twist(mechanism, system)[:, block.free]])
+
+
+def determinant(mechanism: Mechanism, system: ClosureSystem, block: Block) -> float:
+    """The labelling determinant of a block (dimensionless) at the last evaluated q."""
+    matrix = block_matrix(mechanism, system, block) / mechanism.length
+    return float(np.linalg.det(matrix[block.minor]))
+
+
+def determinants(mechanism: Mechanism, system: ClosureSystem) -> Array:
+    """(n_labelled,) labelling determinants at the last evaluated q."""
+    return np.array([determinant(mechanism, system, block) for block in labelled(mechanism)])
+
+
+@per_mechanism
+def home_determinants(mechanism: Mechanism) -> Array:
+    """(n_labelled,) labelling determinants at home."""
+    with mechanism.scratch() as system:
+        system.evaluate(mechanism.home.q)
+        return determinants(mechanism, system)
 
 
 @per_mechanism
 def home_signs(mechanism: Mechanism) -> Array:
-    """(n_labelled,) signs of the labelled blocks at home."""
-    return signs_at(mechanism, mechanism.home.q)
-
-
-def signs_at(mechanism: Mechanism, q: Array) -> Array:
-    """(n_labelled,) signs of the labelled blocks at q (nq,)."""
-    with mechanism.scratch() as system:
-        system.evaluate(q)
-        return determinant_signs(mechanism, system.jacobian())
+    """(n_labelled,) their signs."""
+    return np.sign(home_determinants(mechanism))
 
 
 def state_signs(state: ClosedState) -> Array:
-    """(n_labelled,) signs of the labelled blocks at a state; where two modes meet, that of home.
-
-    Remembered with the state, which never changes.
-    """
+    """(n_labelled,) signs of the labelling determinants at a state; where two modes meet, that of
+    home. Remembered with the state, which never changes."""
     found = state.__dict__.get("_signs")
     if found is None:
-        signs = signs_at(state.mechanism, state.q)
-        found = np.where(signs == 0, home_signs(state.mechanism), signs)
+        mechanism = state.mechanism
+        with mechanism.scratch() as system:
+            system.evaluate(state.q)
+            signs = np.sign(determinants(mechanism, system))
+        found = np.where(signs == 0, home_signs(mechanism), signs)
         state.__dict__["_signs"] = found
     return found
 
@@ -135,7 +236,7 @@ def mode_of(state: ClosedState) -> dict[str, int | None]:
     for block in blocks(mechanism):
         if block.empty:
             mode[block.limb] = 1
-    relative = signs_at(mechanism, state.q) * home_signs(mechanism)
+    relative = state_signs(state) * home_signs(mechanism)
     for block, sign in zip(labelled(mechanism), relative, strict=True):
         mode[block.limb] = int(sign) if sign else None
     return mode
@@ -216,4 +317,9 @@ def fully_labelled(mechanism: Mechanism) -> bool:
     rows = sum(len(part.rows) for part in parts)
     every = sum(loop.rows.stop - loop.rows.start for loop in mechanism.loops.values())
     found = blocks(mechanism)
-    return bool(parts) and rows == every and all(part.square or part.empty for part in found)
+    return (
+        bool(parts)
+        and separates(mechanism)
+        and rows == every
+        and all(part.square or part.empty for part in found)
+    )

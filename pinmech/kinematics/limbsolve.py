@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.kinematics.branch import Block
+from pinmech.kinematics.branch import Block, determinant
 from pinmech.kinematics.solver import (
+    Pose,
     Problem,
     limit_breaches,
     minimise,
@@ -62,6 +63,7 @@ def solve_limb(
     sign: float | None,
     home_determinant: float,
     limits: bool,
+    pose: Pose | None = None,
 ) -> LimbAnswer:
     """The limb's solution in the working mode of the given determinant sign.
 
@@ -71,10 +73,12 @@ def solve_limb(
         sign: determinant sign asked for, None when the limb has no label.
         home_determinant: size of the determinant at home, for comparison.
         limits: whether joint limits count.
+        pose: for the limb that carries the platform where its joints are no outputs: the pose
+            that the platform keeps.
     """
     if len(block.free) == 0:
         return LimbAnswer("ok", "", np.zeros(0), 0)
-    problem = Problem(mechanism, block.free, rows=block.rows)
+    problem = Problem(mechanism, block.free, rows=block.rows, pose=pose)
     count, beyond, elsewhere = 0, "", False
     tried = starts(mechanism, block.free, q[block.free], _STARTS)
     for start in tried:
@@ -86,11 +90,8 @@ def solve_limb(
             continue
         wrap_towards(mechanism, trial, q, block.free)
         breaches = [] if not limits else limit_breaches_of(mechanism, trial, block.free)
-        determinant = 0.0
-        if sign is not None:
-            matrix = problem.matrix(system) / mechanism.length
-            determinant = float(np.linalg.det(matrix))
-        if sign is not None and determinant * sign < -_MEETING * abs(home_determinant):
+        found = determinant(mechanism, system, block) if sign is not None else 0.0
+        if sign is not None and found * sign < -_MEETING * abs(home_determinant):
             # Beyond the limits, a flipped passive joint may change the sign: no statement then.
             elsewhere = elsewhere or not breaches
             continue
@@ -114,7 +115,8 @@ def solve_limb(
         message = f"limb {block.limb} is on the edge of its reach and did not converge"
         return LimbAnswer("not_converged", message, None, count)
     short = 1e3 * best * mechanism.length
-    return LimbAnswer("unreachable", f"limb {block.limb} cannot reach: {short:.4g} mm short", None, count)
+    message = f"limb {block.limb} cannot reach: {short:.4g} mm short"
+    return LimbAnswer("unreachable", message, None, count)
 
 
 def limit_breaches_of(mechanism: Mechanism, q: Array, coordinates: Array) -> list[str]:

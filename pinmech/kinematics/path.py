@@ -18,6 +18,7 @@ from pinmech.kinematics.position import CONSISTENT, ForwardSolver, InverseSolver
 from pinmech.kinematics.solution import Path, Solution
 from pinmech.kinematics.state import ClosedState
 from pinmech.kinematics.warm import Warm
+from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
@@ -61,6 +62,8 @@ def inverse_path(
         if mechanism.outputs.kind == "joints" and fully_labelled(mechanism):
             held = np.array(mechanism.outputs.coordinates)
             warm = Warm(mechanism, system, labelled(mechanism), held, signs)
+        elif solver.square:
+            warm = _whole(mechanism, system, solver.free, solver.held, start.q)
         runner = _Runner(mechanism, targets, limits=limits, progress=progress)
         return runner.run(warm, solver.solve, targets, start.q, targets)
 
@@ -109,10 +112,7 @@ def forward_path(
         held = solver.coordinates[chosen]
         free = np.array([k for k in range(mechanism.model.nv) if k not in held])
         if subset is not None and system.rows == len(free):
-            block = Block("all", np.arange(system.rows), free)
-            system.evaluate(start.q)
-            sign = np.sign(np.linalg.det(system.jacobian().take(free, axis=1) / mechanism.length))
-            warm = Warm(mechanism, system, (block,), held, np.array([sign]))
+            warm = _whole(mechanism, system, free, held, start.q)
         wanted = solver.joint_values(targets)
         surplus = None
         if len(chosen) < len(names):
@@ -122,6 +122,17 @@ def forward_path(
 
         runner = _Runner(mechanism, targets, limits=limits, progress=progress, check=surplus)
         return runner.run(warm, solver.solve, targets, start.q, wanted[:, chosen])
+
+
+def _whole(
+    mechanism: Mechanism, system: ClosureSystem, free: Array, held: Array, q: Array
+) -> Warm:
+    """The lean solver for a square system as one block: its determinant keeps the sign it has at
+    q, and Newton's contraction keeps it on its branch."""
+    block = Block("all", np.arange(system.rows), free)
+    system.evaluate(q)
+    sign = np.sign(np.linalg.det(system.jacobian().take(free, axis=1) / mechanism.length))
+    return Warm(mechanism, system, (block,), held, np.array([sign]))
 
 
 class _Runner:

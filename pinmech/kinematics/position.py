@@ -11,9 +11,11 @@ import pinocchio as pin
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import Values, guess_state, vector
 from pinmech.kinematics.branch import (
+    Block,
     blocks,
-    determinant_signs,
+    determinants,
     fully_labelled,
+    home_determinants,
     home_signs,
     labelled,
     separates,
@@ -90,6 +92,7 @@ class InverseSolver:
         self.joints = mechanism.outputs.kind == "joints"
         self.free, self.held = _split(mechanism)
         self.trusted = fully_labelled(mechanism)
+        self.square = self.joints and system.rows == len(self.free)
 
     def solve(self, target: Array, start: Array) -> Solution:
         """Solve for (n_out,) outputs, starting from a closed q (nq,)."""
@@ -108,6 +111,12 @@ class InverseSolver:
             if run.converged and self._accept(q, start, strict=True):
                 return self._finish(q, count)
         tracked = None
+        if not separates(mechanism) and not self._same_mode(start):
+            other = self._remode(start)
+            if other is None:
+                message = "the working mode asked for does not exist at the pose of the guess"
+                return self._fail("wrong_mode", message, count)
+            start = other
         if self._same_mode(start):
             tracked = follow(self._line(target, start), system, start)
             count += tracked.iterations
@@ -140,8 +149,40 @@ class InverseSolver:
         if not labelled(self.mechanism):
             return True
         self.system.evaluate(q)
-        found = determinant_signs(self.mechanism, self.system.jacobian())
-        return bool((found * self.signs >= 0).all())
+        return bool((determinants(self.mechanism, self.system) * self.signs >= 0).all())
+
+    def _wanted(self) -> list[tuple[Block, float | None, float]]:
+        """Every block with the determinant sign that it should have, and its size at home."""
+        mechanism = self.mechanism
+        known = {
+            block.limb: (block, sign, size)
+            for block, sign, size in zip(
+                labelled(mechanism), self.signs, home_determinants(mechanism), strict=True
+            )
+        }
+        return [known.get(block.limb, (block, None, 1.0)) for block in blocks(mechanism)]
+
+    def _remode(self, start: Array) -> Array | None:
+        """The start with the platform where it is and the limbs in the mode wanted, or None."""
+        pin.forwardKinematics(self.mechanism.model, self.system.data, start)
+        frame = self.mechanism.platform_frame
+        pose = Pose(self.system.data.oMi[frame.joint] * frame.placement, True, True)
+        q = start.copy()
+        for block, sign, size in self._wanted():
+            answer = solve_limb(
+                self.mechanism,
+                self.system,
+                block,
+                q,
+                sign=sign,
+                home_determinant=size,
+                limits=False,
+                pose=pose if block.carries else None,
+            )
+            if answer.values is None:
+                return None
+            q[block.free] = answer.values
+        return q
 
     def _accept(self, q: Array, start: Array, *, strict: bool) -> bool:
         """Limits and mode. ``strict`` also asks for the limits when they are turned off: within
@@ -162,17 +203,15 @@ class InverseSolver:
         ]
         if self.limits and outside:
             return self._fail("limit", f"needs {outside[0]}", count)
-        home = self._home_determinants()
-        signs = dict(zip((b.limb for b in labelled(self.mechanism)), self.signs, strict=True))
         troubles = []
-        for block in blocks(self.mechanism):
+        for block, sign, size in self._wanted():
             answer = solve_limb(
                 self.mechanism,
                 self.system,
                 block,
                 q,
-                sign=signs.get(block.limb),
-                home_determinant=home.get(block.limb, 1.0),
+                sign=sign,
+                home_determinant=size,
                 limits=self.limits,
             )
             count += answer.iterations
@@ -192,14 +231,6 @@ class InverseSolver:
         mask = np.zeros(self.mechanism.model.nq, dtype=bool)
         mask[self.held] = True
         return mask
-
-    def _home_determinants(self) -> dict[str, float]:
-        self.system.evaluate(self.mechanism.home.q)
-        jacobian = self.system.jacobian() / self.mechanism.length
-        return {
-            b.limb: float(np.linalg.det(jacobian[np.ix_(b.rows, b.free)]))
-            for b in labelled(self.mechanism)
-        }
 
     def _search(self, target: Array, start: Array, count: int) -> Solution:
         """Where limbs do not separate: is there any configuration at all?"""

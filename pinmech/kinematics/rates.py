@@ -6,7 +6,6 @@ through the outputs J_o and the actuators S.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np

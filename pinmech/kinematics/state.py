@@ -94,7 +94,7 @@ class ClosedState:
 
     @cached_property
     def gaps(self) -> Mapping[str, float]:
-        """Loop name -> gap [m] from the raw poses; angles count as characteristic length · angle."""
+        """Loop name -> gap [m] from the raw poses; angles count as angle times length."""
         mech = self.mechanism
         return MappingProxyType(
             {

@@ -1,0 +1,118 @@
+"""Torque plots: what is drawn, with which labels, and that files come out."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from pinmech.actuation.case import Case, LoadCase
+from pinmech.actuation.profiles import rest_to_rest
+from pinmech.actuation.sizing import size_actuators
+from pinmech.errors import UnknownNameError
+from pinmech.kinematics.assembly import load
+from pinmech.show.plots import save_torque_plots, torque_figure
+from pinmech.show.reports import write_report
+
+
+@pytest.fixture(scope="module")
+def table():
+    mech = load("antenna_3rsu")
+    good = rest_to_rest([0, 0], [0.1, 0.1], 5.0, step=0.25)
+    bad = rest_to_rest([0, 0], [0.46, -0.256], 20.0, step=0.5)
+    cases = [LoadCase("a/b", good), LoadCase("a b", good), LoadCase("bad", bad)]
+    return size_actuators(Case("t", mech, cases, drives=["12", "123"]))
+
+
+def curves(ax):
+    return {line.get_label(): line for line in ax.get_lines() if line.get_label()[0] != "_"}
+
+
+def test_each_drive_has_a_panel_with_the_torques_of_its_actuators(table) -> None:
+    figure = torque_figure(table, "a/b")
+    assert len(figure.axes) == 2
+    for ax, drive in zip(figure.axes, ("12", "123"), strict=True):
+        history = table.histories["a/b", drive]
+        drawn = curves(ax)
+        assert tuple(drawn) == history.actuators
+        assert [t.get_text() for t in ax.get_legend().get_texts()] == list(history.actuators)
+        for k, name in enumerate(history.actuators):
+            np.testing.assert_array_equal(drawn[name].get_xdata(), history.time)
+            np.testing.assert_array_equal(drawn[name].get_ydata(), history.torques[:, k])
+        assert ax.get_title("left") == f"drive {drive}"
+        assert ax.get_ylabel() == "torque [N·m]"
+    assert figure.axes[-1].get_xlabel() == "time [s]"
+    # Same actuator, same colour; same scale.
+    first, second = (curves(ax)["arm1"].get_color() for ax in figure.axes)
+    assert first == second
+    assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
+
+
+def test_a_drive_that_fails_has_its_reason_in_place_of_curves(table) -> None:
+    bad, good = torque_figure(table, "bad").axes
+    assert not curves(bad)
+    assert [text.get_text().replace("\n", " ") for text in bad.texts] == [
+        table.histories["bad", "12"].note
+    ]
+    assert set(curves(good)) == {"arm1", "arm2", "arm3"}
+    assert good.get_xlim() == (0, 20)
+
+
+def test_forces_and_torques_have_panels_of_their_own() -> None:
+    mech = load("decoupled_pf")
+    motion = rest_to_rest([0, 0], [0.3, 0.4], 5.0)
+    figure = torque_figure(size_actuators(Case("c", mech, [LoadCase("a", motion)])), "a")
+    assert [ax.get_ylabel() for ax in figure.axes] == ["torque [N·m]", "force [N]"]
+    assert [list(curves(ax)) for ax in figure.axes] == [["q1"], ["q2"]]
+
+
+def test_files(table, tmp_path) -> None:
+    written = save_torque_plots(table, tmp_path / "new" / "folder")
+    names = [path.name for _, path in written]
+    assert names == ["torque_a_b.png", "torque_a_b_2.png", "torque_bad.png"]
+    import matplotlib.image
+
+    for _, path in written:
+        picture = matplotlib.image.imread(path)
+        assert picture.shape[1] == 1080
+        assert picture.std() > 0.02  # not blank
+    with pytest.raises(UnknownNameError, match="load case"):
+        torque_figure(table, "bd")
+
+
+def test_a_report_has_all_files_and_the_page_shows_the_plots(table, tmp_path) -> None:
+    files = write_report(table, tmp_path / "out")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(
+        path.name for path in files
+    )
+    page = (tmp_path / "out" / "sizing_t.html").read_text(encoding="utf-8")
+    for path in files:
+        if path.suffix == ".png":
+            assert f'src="{path.name}"' in page
+
+
+def test_the_core_does_not_load_matplotlib_or_rich() -> None:
+    code = (
+        "import sys, pinmech.actuation.sizing, pinmech.show.plots, pinmech.show.tables, "
+        "pinmech.show.reports; "
+        "print([m for m in ('matplotlib', 'rich', 'typer', 'sgp4') if m in sys.modules])"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert result.stdout.strip() == "[]", result.stderr
+
+
+def test_missing_libraries_name_their_extra() -> None:
+    code = (
+        "import sys; sys.modules.update(matplotlib=None, rich=None)\n"
+        "from types import SimpleNamespace\n"
+        "from pinmech.show import plots, tables\n"
+        "table = SimpleNamespace(histories={})\n"
+        "for call in (lambda: plots.torque_figure(table, 'a'), tables.console):\n"
+        "    try: call()\n"
+        "    except ImportError as error: print(type(error).__name__, error)\n"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    first, second = result.stdout.splitlines()
+    assert "pinmech[plot]" in first
+    assert "pinmech[cli]" in second
+    assert first.startswith("MissingExtraError") and second.startswith("MissingExtraError")

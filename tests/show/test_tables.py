@@ -1,0 +1,160 @@
+"""Sizing tables as text: significant digits, CSV, Markdown, HTML, terminal."""
+
+import csv
+import io
+import math
+from html.parser import HTMLParser
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rich.console import Console
+
+from pinmech.actuation.case import Case, LoadCase
+from pinmech.actuation.profiles import rest_to_rest
+from pinmech.actuation.sizing import size_actuators
+from pinmech.actuation.sizing_table import COLUMNS, SizingRow, SizingTable, headings, significant
+from pinmech.kinematics.assembly import load
+from pinmech.show.tables import WIDTH, console, print_table
+
+
+@pytest.fixture(scope="module")
+def table() -> SizingTable:
+    """Two load cases, with awkward names; one drive fails in the second."""
+    mech = load("antenna_3rsu")
+    good = rest_to_rest([0, 0], [0.1, 0.1], 5.0, step=0.25)
+    bad = rest_to_rest([0, 0], [0.46, -0.256], 20.0, step=0.5)
+    cases = [LoadCase("a|b <i>&", good), LoadCase("singular", bad, source="a [red]source")]
+    return size_actuators(
+        Case("t", mech, cases, drives=["12", "13"], title="A [b]title</b>", assumptions=["x | y"])
+    )
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.floats(1e-300, 1e300), st.sampled_from([-1, 1]))
+def test_four_significant_digits(size: float, sign: int) -> None:
+    text = significant(sign * size)
+    assert float(text) == pytest.approx(sign * size, rel=5.001e-4)
+    digits = text.lstrip("-").partition("e")[0].replace(".", "").lstrip("0")
+    plain_whole = "e" not in text and "." not in text
+    assert len(digits) == 4 or (plain_whole and len(digits) == 5)
+    assert len(text.lstrip("-")) <= 10
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1e-7, "1.000e-07"),
+        (10, "10.00"),
+        (9.9996, "10.00"),
+        (0.00123456, "0.001235"),
+        (0.00099996, "0.001000"),
+        (1234.5, "1234"),
+        (99999, "1.000e+05"),
+        (-3.14159, "-3.142"),
+        (0, "0"),
+        (math.nan, "–"),
+    ],
+)
+def test_numbers_read_well(value: float, text: str) -> None:
+    assert significant(value) == text
+
+
+def test_csv_holds_all_digits_and_units(table: SizingTable, tmp_path) -> None:
+    table.to_csv(tmp_path / "rows.csv")
+    table.to_csv(tmp_path / "envelope.csv", envelope=True)
+    for name, rows in (("rows.csv", table.rows), ("envelope.csv", table.envelope)):
+        with (tmp_path / name).open(encoding="utf-8", newline="") as stream:
+            read = list(csv.DictReader(stream))
+        assert len(read) == len(rows)
+        for line, row in zip(read, rows, strict=True):
+            assert (line["load_case"], line["drive"]) == (row.load_case, row.drive)
+            assert (line["status"], line["note"]) == (row.status, row.note)
+            for column in COLUMNS:
+                cell = line[f"{column.key} [{column.rotary.replace('·', '.')}]"]
+                value = getattr(row, column.key)
+                assert (cell == "") if math.isnan(value) else (float(cell) == value)
+    text = (tmp_path / "rows.csv").read_bytes()
+    assert text.isascii()
+    assert b"peak_torque [N.m]" in text
+    assert b"nan" not in text
+
+
+def test_markdown(table: SizingTable, tmp_path) -> None:
+    text = table.to_markdown(tmp_path / "t.md")
+    assert (tmp_path / "t.md").read_text(encoding="utf-8") == text
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    assert len(lines) == 2 * 2 + len(table.rows) + len(table.envelope)
+    bars = {line.replace("\\|", "").count("|") for line in lines}
+    assert bars == {len(COLUMNS) + 4}
+    assert "| peak torque [N·m] |" in text
+    assert "a\\|b <i>&" in text
+    assert "| singular | 12 | arm1 | singular |" in text
+    assert f"- {table.notes[0]}" in text
+    assert "- Assumed: x \\| y" in text
+
+
+class _Page(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.texts: list[str] = []
+        self.images: list[dict] = []
+        self.tables = 0
+
+    def handle_starttag(self, tag: str, attrs) -> None:
+        if tag == "img":
+            self.images.append(dict(attrs))
+        elif tag != "meta":
+            self.open.append(tag)
+        self.tables += tag == "table"
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+
+
+def test_html(table: SizingTable, tmp_path) -> None:
+    table.to_html(tmp_path / "t.html", figures=[('say "torque"', "torque_a.png")])
+    page = _Page()
+    page.feed((tmp_path / "t.html").read_text(encoding="utf-8"))
+    assert page.open == []
+    assert page.tables == 2
+    assert "a|b <i>&" in page.texts
+    assert "A [b]title</b>" in page.texts
+    assert page.images == [{"src": "torque_a.png", "alt": 'say "torque"'}]
+    assert table.notes[0] in page.texts
+    for heading in headings(table.rows):
+        assert heading in page.texts
+
+
+def test_the_terminal_shows_everything_within_its_width(table: SizingTable) -> None:
+    stream = io.StringIO()
+    print_table(table, Console(file=stream, width=100))
+    text = stream.getvalue()
+    assert max(map(len, text.splitlines())) <= 100
+    assert "…" not in text
+    words = " ".join(text.split())
+    assert "A [b]title</b>" in words  # no markup is read into the texts of a case
+    assert "a [red]source" in words
+    for row in table.rows:
+        for column in COLUMNS:
+            assert column.text(row) in words
+    for column in COLUMNS:
+        assert f"[{column.rotary}]" in words
+    assert " ".join(table.notes[0].split()) in words
+
+
+def test_an_output_that_is_no_terminal_is_wide_enough() -> None:
+    assert console(file=io.StringIO()).width == WIDTH
+    assert console(file=io.StringIO(), width=70).width == 70
+
+
+def test_units_follow_the_actuators() -> None:
+    torque = COLUMNS[0]
+    rotary, linear = SizingRow("a", "1", "m", False), SizingRow("a", "1", "s", True)
+    assert torque.unit([rotary]) == "N·m"
+    assert torque.unit([linear]) == "N"
+    assert torque.unit([rotary, linear]) == "N·m or N"
