@@ -13,7 +13,6 @@ from pinmech.actuation.dynamics import drive_limits, inverse_dynamics, unbalance
 from pinmech.actuation.loads import FRICTION_SPEED, Loads, loaded_model
 from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
 from pinmech.errors import InputError, SingularError
-from pinmech.kinematics.branch import fully_labelled, labelled
 from pinmech.kinematics.rates import check_rates, inverse_jacobian
 from pinmech.kinematics.scaling import frame_twist
 from pinmech.kinematics.solution import Path
@@ -127,8 +126,10 @@ def demand_path(
     jacobian = np.full((count, len(mechanism.actuators), outputs), np.nan)
     force, magnitude = np.full((count, outputs), np.nan), np.full(count, np.nan)
     status, messages = path.status.copy(), dict(path.messages)
-    lean = mechanism.outputs.kind == "joints" and fully_labelled(mechanism)
     with mechanism.scratch() as system:
+        held = len(mechanism.outputs)
+        square = system.rows == mechanism.model.nv - held
+        lean = mechanism.outputs.kind == "joints" and square
         worker = _Lean(mechanism, system, loads) if lean else None
         for k in range(count):
             if progress is not None and k % 256 == 0:
@@ -241,7 +242,7 @@ class _Lean:
         self.model = loaded_model(mechanism, loads)
         self.data = self.model.createData()
         self.held = np.array(mechanism.outputs.coordinates)
-        self.free = np.concatenate([part.free for part in labelled(mechanism)])
+        self.free = np.setdiff1d(np.arange(mechanism.model.nv), self.held)
         self.actuators, self.scales = mechanism.actuator_coordinates, mechanism.scales[:, None]
         self.motion = np.zeros((mechanism.model.nv, len(self.held)))
         self.motion[self.held] = np.eye(len(self.held))

@@ -145,10 +145,11 @@ class _Reader:
 
     def split(self, number: int, line: str) -> list[str]:
         try:
-            return [field.strip() for field in next(csv.reader([line], strict=True, skipinitialspace=True))]
+            fields = next(csv.reader([line], strict=True, skipinitialspace=True))
         except csv.Error as cause:
             self.add(number, f"is not a CSV line: {cause}")
             return []
+        return [field.strip() for field in fields]
 
     def header(
         self, number: int, line: str

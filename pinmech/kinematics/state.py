@@ -114,9 +114,18 @@ class ClosedState:
 
         return MappingProxyType(mode_of(self))
 
-    def moved_to(self, mechanism: Mechanism) -> ClosedState:
-        """The same configuration of a mechanism with the same geometry (other masses, say)."""
-        return ClosedState(mechanism, self.q, self.residual, _key=_PASS)
+    def moved_to(self, mechanism: Mechanism, q: Array | None = None) -> ClosedState:
+        """The same configuration of a mechanism with the same loops (other masses, or an arm on
+        the platform).
+
+        Args:
+            mechanism: the other mechanism.
+            q: (nq,) the configuration in its joints; default the same values in the same order.
+
+        Raises:
+            InputError: the loops are not closed by q there.
+        """
+        return verify_closed(mechanism, self.q if q is None else q)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={value:.6g}" for name, value in self.outputs.items())

@@ -131,7 +131,7 @@ def _build(
         reason = " ".join(str(cause).split())
         where = document.place(("urdf",))
         raise DescriptionError(target, [Fault(where, f"Pinocchio refuses it: {reason}")]) from None
-    mechanism = _mechanism(description, urdf, model, path, urdf_folder)
+    mechanism = build_mechanism(description, urdf, model, path, urdf_folder)
     if mechanism.platform_frame.joint == 0:
         where = document.place(("platform",))
         message = f"link {mechanism.platform!r} is fixed to the base; the platform must move"
@@ -221,13 +221,14 @@ def _reference_faults(document: Document, urdf: Urdf | None) -> list[Fault]:
     return faults
 
 
-def _mechanism(
+def build_mechanism(
     description: Description,
     urdf: Urdf,
     model: pin.Model,
     path: Path | None,
     urdf_folder: Path | None,
 ) -> Mechanism:
+    """A mechanism, not assembled yet, from parts that have been checked."""
     frames = _link_frames(model, urdf)
     loops, row = [], 0
     for spec in description.loops:
@@ -271,6 +272,7 @@ def _mechanism(
     for array in (lower, upper, revolving):
         array.flags.writeable = False
     return Mechanism(
+        description=description,
         name=description.name,
         title=description.title,
         source=description.source,

@@ -16,6 +16,7 @@ from pinmech.errors import InputError, UnknownNameError
 from pinmech.mechanism import closures
 from pinmech.mechanism.closures import ClosureSystem, Frame, Loop
 from pinmech.mechanism.limbs import Limb
+from pinmech.mechanism.spec import Description
 
 if TYPE_CHECKING:
     from pinmech.kinematics.state import ClosedState
@@ -74,6 +75,7 @@ class Mechanism:
     """A closed-loop mechanism; it never changes. Made by ``pm.load`` or ``pm.designs``.
 
     Attributes:
+        description: what the description file says.
         name, title, source: from the description file.
         model: Pinocchio model of the open tree (nq = nv, one coordinate per moving joint).
             Treat it as read-only.
@@ -93,6 +95,7 @@ class Mechanism:
         urdf_folder: folder that mesh paths are relative to, None when there is none.
     """
 
+    description: Description
     name: str
     title: str
     source: str
@@ -242,6 +245,41 @@ class Mechanism:
         model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -dry, dry
         model.damping = viscous
         return self.with_model(model)
+
+    def with_arm(
+        self,
+        arm: str | Path,
+        *,
+        placement: pin.SE3 | None = None,
+        prefix: str = "arm_",
+        joints: Sequence[str] | None = None,
+        home: Mapping[str, float] | None = None,
+    ) -> Mechanism:
+        """The mechanism with a serial arm on its platform: a hybrid robot.
+
+        Its outputs are those of the mechanism, then the arm's joints; so are its actuators, and
+        every drive gains the arm's joints. The platform stays the output frame.
+
+        Args:
+            arm: a URDF file, URDF text, or the name of a robot of example-robot-data
+                (``ur5_robot``, ``panda``).
+            placement: the arm's root link in the platform frame [m]; default identity.
+            prefix: goes before every name of the arm.
+            joints: moving joints of the arm to keep, by their names in its URDF; the others
+                (fingers, say) are welded at zero. Default all that do not mimic another.
+            home: arm joint (name in its URDF) -> value at home [rad or m]; default 0, or the
+                middle of limits that exclude 0.
+
+        Raises:
+            InputError: the outputs of this mechanism are not joints, or names collide.
+            UnknownNameError: no such arm or joint.
+            DescriptionError: the arm's URDF has faults.
+        """
+        from pinmech.mechanism.hybrid import mount_arm
+
+        return mount_arm(
+            self, arm, placement=placement, prefix=prefix, joints=joints, home=home
+        )
 
     def with_model(self, model: pin.Model) -> Mechanism:
         """The same mechanism on a model with the same geometry but other inertias or friction."""

@@ -1,4 +1,4 @@
-"""A sizing run as a person starts it: progress bar, tables in the terminal, all files in a folder."""
+"""A sizing run as a person starts it: progress bar, tables in the terminal, files in a folder."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def write_report(table: SizingTable, folder: str | Path) -> list[Path]:
         folder: is made if need be.
 
     Returns:
-        The files, the page first among those to look at.
+        The files.
 
     Raises:
         MissingExtraError: matplotlib is not installed (the other files are written first).

@@ -36,10 +36,14 @@ def rod(node: Any, start: Array, end: Array, radius: float, material: Any) -> No
     node.set_transform(along(start, end))
 
 
-def arrow(node: Any, start: Array, end: Array, radius: float, colour: int) -> None:
+def see_through(colour: int = 0xFFFFFF, opacity: float = 0.9) -> Any:
+    """A material that shows through whatever is in front of it."""
+    return mg.MeshPhongMaterial(color=colour, opacity=opacity, transparent=True, depthTest=False)
+
+
+def arrow(node: Any, start: Array, end: Array, radius: float, material: Any) -> None:
     """An arrow between two points of the node's frame [m]: nodes ``shaft`` and ``head``."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    material = mg.MeshPhongMaterial(color=colour)
     size = float(np.linalg.norm(end - start))
     head = min(7.0 * radius, 0.4 * size)
     neck = end - head * (end - start) / size
@@ -50,9 +54,9 @@ def arrow(node: Any, start: Array, end: Array, radius: float, colour: int) -> No
 
 
 def axes(node: Any, size: float, radius: float) -> None:
-    """Frame axes: x red, y green, z blue [m]."""
+    """Frame axes of a length [m]: x red, y green, z blue; they show through the bodies."""
     for k, (name, colour) in enumerate(AXIS_COLOURS.items()):
-        arrow(node[name], np.zeros(3), size * np.eye(3)[k], radius, colour)
+        arrow(node[name], np.zeros(3), size * np.eye(3)[k], radius, see_through(colour))
 
 
 def polyline(node: Any, segments: Array, colour: int) -> None:
@@ -64,9 +68,7 @@ def polyline(node: Any, segments: Array, colour: int) -> None:
 
 def marker(node: Any, radius: float, *, shell: bool) -> None:
     """A small ball that shows through whatever it is in; ``shell`` makes it translucent."""
-    opacity = 0.45 if shell else 0.95
-    material = mg.MeshPhongMaterial(opacity=opacity, transparent=True, depthTest=False)
-    node.set_object(mg.Sphere(radius), material)
+    node.set_object(mg.Sphere(radius), see_through(opacity=0.45 if shell else 0.95))
 
 
 def gap_colour(relative: float) -> Array:

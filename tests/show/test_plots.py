@@ -115,4 +115,5 @@ def test_missing_libraries_name_their_extra() -> None:
     first, second = result.stdout.splitlines()
     assert "pinmech[plot]" in first
     assert "pinmech[cli]" in second
-    assert first.startswith("MissingExtraError") and second.startswith("MissingExtraError")
+    assert first.startswith("MissingExtraError")
+    assert second.startswith("MissingExtraError")

@@ -1,0 +1,235 @@
+"""A serial arm on the platform of a closed-loop mechanism: one tree, one description."""
+
+from __future__ import annotations
+
+import sysconfig
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from lxml import etree
+
+from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
+from pinmech.mechanism.loading import build_mechanism
+from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.spec import Description
+from pinmech.mechanism.urdf import MOVING, Urdf, read_urdf
+from pinmech.mechanism.yamlfile import read_text
+
+
+def example_robots() -> dict[str, Path]:
+    """URDF files of the robots in the package example-robot-data, by file name without ending."""
+    roots = [Path(sysconfig.get_path("data")) / "share"]
+    roots += [p / "share" for p in Path(pin.__file__).parents if p.name == "cmeel.prefix"]
+    found = {}
+    for root in roots:
+        for path in sorted((root / "example-robot-data" / "robots").glob("*/**/*.urdf")):
+            found.setdefault(path.stem, path)
+    return found
+
+
+def mount_arm(
+    mechanism: Mechanism,
+    arm: str | Path,
+    *,
+    placement: pin.SE3 | None,
+    prefix: str,
+    joints: Sequence[str] | None,
+    home: Mapping[str, float] | None,
+) -> Mechanism:
+    """See :meth:`Mechanism.with_arm`."""
+    if mechanism.outputs.kind != "joints":
+        raise InputError(
+            f"an arm needs a mechanism whose outputs are joints; those of {mechanism.name} are of "
+            f"kind {mechanism.outputs.kind}"
+        )
+    path = _find(arm)
+    text = read_text(path, DescriptionError) if path else str(arm)
+    label = path.name if path else "arm"
+    tree = _parse(text, label)
+    if path:
+        _absolute_meshes(tree, path)
+    movable = _movable(tree)
+    chosen = list(joints) if joints is not None else movable
+    for name in chosen:
+        if name not in movable:
+            raise UnknownNameError("moving joint of the arm", str(name), movable)
+    _weld_others(tree, chosen)
+    plain, faults = read_urdf(_without_meshes(tree), label, None)
+    if plain is None or faults:
+        raise DescriptionError(label, faults)
+    if not chosen:
+        raise InputError(f"arm {label} has no moving joint")
+    _prefix(tree, prefix)
+    merged = _merge(mechanism, tree, plain, prefix, placement or pin.SE3.Identity())
+    urdf, faults = _checked(merged, label)
+    if urdf is None or faults:
+        raise DescriptionError(label, faults)
+    names = [prefix + name for name in chosen]
+    model = pin.buildModelFromXML(urdf.text)
+    start = _arm_home(urdf, names, {prefix + k: v for k, v in (home or {}).items()})
+    description = _description(mechanism, names, start, label)
+    extended = build_mechanism(description, urdf, model, None, mechanism.urdf_folder)
+    q = np.zeros(model.nq)
+    for name, value in {**mechanism.home.joints, **start}.items():
+        q[extended.coordinate(name)] = value
+    extended._home.append(mechanism.home.moved_to(extended, q))
+    return extended
+
+
+def _find(arm: str | Path) -> Path | None:
+    """The URDF file meant: a path, the name of an example robot, or None for URDF text."""
+    if isinstance(arm, str) and arm.lstrip().startswith("<"):
+        return None
+    path = Path(arm)
+    if path.is_file():
+        return path
+    known = example_robots()
+    if str(arm) in known:
+        return known[str(arm)]
+    raise UnknownNameError("arm (a URDF file, URDF text or an example robot)", str(arm), known)
+
+
+def _parse(text: str, label: str) -> etree._Element:
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True)
+    try:
+        return etree.fromstring(text.encode("utf-8"), parser)
+    except etree.XMLSyntaxError as cause:
+        line = (cause.position or (1, 0))[0]
+        fault = Fault(f"{label}:{line}", f"not valid XML: {cause.msg}")
+        raise DescriptionError(label, [fault]) from None
+
+
+def _absolute_meshes(tree: etree._Element, path: Path) -> None:
+    """Mesh paths of an installed robot package, made absolute; missing files lose their shape."""
+    for mesh in list(tree.iter("mesh")):
+        name = mesh.get("filename", "")
+        relative = name.removeprefix("package://").removeprefix("file://")
+        candidates = [path.parent / relative, *(parent / relative for parent in path.parents)]
+        found = next((c for c in candidates if c.is_file()), None)
+        if found is None:
+            shape = mesh.getparent().getparent()  # <visual> or <collision>
+            shape.getparent().remove(shape)
+        else:
+            mesh.set("filename", str(found.resolve()))
+
+
+def _movable(tree: etree._Element) -> list[str]:
+    """Joints that move by themselves: those that mimic another do not."""
+    return [
+        joint.get("name", "")
+        for joint in tree.findall("joint")
+        if joint.get("type") in MOVING and joint.find("mimic") is None
+    ]
+
+
+def _weld_others(tree: etree._Element, chosen: Sequence[str]) -> None:
+    for joint in tree.findall("joint"):
+        if joint.get("name") in chosen or joint.get("type") == "fixed":
+            continue
+        joint.set("type", "fixed")
+        for mimic in joint.findall("mimic"):
+            joint.remove(mimic)
+
+
+def _without_meshes(tree: etree._Element) -> str:
+    """The URDF without shapes, for checking what Pinocchio's model is made of."""
+    bare = deepcopy(tree)
+    for link in bare.iter("link"):
+        for tag in ("visual", "collision"):
+            for shape in link.findall(tag):
+                link.remove(shape)
+    return etree.tostring(bare, encoding="unicode")
+
+
+def _prefix(tree: etree._Element, prefix: str) -> None:
+    for tag in ("link", "joint"):
+        for element in tree.findall(tag):
+            element.set("name", prefix + element.get("name", ""))
+    for joint in tree.findall("joint"):
+        for end in ("parent", "child"):
+            part = joint.find(end)
+            if part is not None:
+                part.set("link", prefix + part.get("link", ""))
+    for material in tree.iter("material"):
+        if material.get("name"):
+            material.set("name", prefix + material.get("name", ""))
+
+
+def _merge(
+    mechanism: Mechanism,
+    tree: etree._Element,
+    plain: Urdf,
+    prefix: str,
+    placement: pin.SE3,
+) -> etree._Element:
+    root = etree.fromstring(mechanism.urdf.encode("utf-8"))
+    taken = {e.get("name") for tag in ("link", "joint") for e in root.findall(tag)}
+    children = {joint.child for joint in plain.joints.values()}
+    base = next(link for link in plain.links if link not in children)
+    mount = etree.SubElement(root, "joint", name=f"{prefix}mount", type="fixed")
+    roll = pin.rpy.matrixToRpy(placement.rotation)
+    etree.SubElement(
+        mount,
+        "origin",
+        xyz=" ".join(f"{x:.12g}" for x in placement.translation),
+        rpy=" ".join(f"{x:.12g}" for x in roll),
+    )
+    etree.SubElement(mount, "parent", link=mechanism.platform)
+    etree.SubElement(mount, "child", link=prefix + base)
+    for element in tree:
+        if element.tag not in ("link", "joint", "material"):
+            continue
+        if element.tag != "material" and element.get("name") in taken:
+            raise InputError(f"name {element.get('name')!r} exists already; choose another prefix")
+        root.append(element)
+    return root
+
+
+def _checked(root: etree._Element, label: str) -> tuple[Urdf | None, list[Fault]]:
+    """The merged URDF, its meshes kept: they were resolved above."""
+    checked, faults = read_urdf(_without_meshes(root), label, None)
+    if checked is None:
+        return None, faults
+    for joint in root.findall("joint"):
+        if joint.get("type") == "continuous":
+            joint.set("type", "revolute")
+            limit = joint.find("limit")
+            if limit is None:
+                etree.SubElement(joint, "limit", effort="0", velocity="0")
+    text = etree.tostring(root, encoding="unicode")
+    return Urdf(text, checked.links, checked.joints), faults
+
+
+def _arm_home(urdf: Urdf, names: Sequence[str], given: Mapping[str, float]) -> dict[str, float]:
+    """Arm joints at home: as given, else 0, else the middle of limits that exclude 0."""
+    for name in given:
+        if name not in names:
+            raise UnknownNameError("arm joint", name, names)
+    out = {}
+    for name in names:
+        joint = urdf.joints[name]
+        low = -np.inf if joint.lower is None else joint.lower
+        high = np.inf if joint.upper is None else joint.upper
+        value = given.get(name, 0.0 if low <= 0.0 <= high else 0.5 * (low + high))
+        if not (np.isfinite(value) and low <= value <= high):
+            raise InputError(f"home of {name} must be within {low:.4g} .. {high:.4g}, is {value}")
+        out[name] = float(value)
+    return out
+
+
+def _description(
+    mechanism: Mechanism, names: Sequence[str], home: Mapping[str, float], label: str
+) -> Description:
+    data = mechanism.description.model_dump(by_alias=True)
+    data["name"] = f"{mechanism.name}+{Path(label).stem}"
+    data["title"] = f"{mechanism.title}, with the arm {Path(label).stem} on its platform"
+    data["actuators"] += [{"name": name, "joint": name} for name in names]
+    data["outputs"]["names"] += list(names)
+    drives = {drive: list(members) for drive, members in mechanism.drives.items()}
+    data["drives"] = {drive: [*members, *names] for drive, members in drives.items()}
+    data["home"] = {**mechanism.home.joints, **home}
+    data["length"] = mechanism.length
+    return Description.model_validate(data)

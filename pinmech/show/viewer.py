@@ -1,0 +1,343 @@
+"""Look at a mechanism in meshcat: a pose, or a path as an animation; live or as a static page."""
+
+from __future__ import annotations
+
+import time as clock
+import warnings
+import webbrowser
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from meshcat.commands import SetAnimation
+
+from pinmech.errors import InputError
+from pinmech.kinematics.solution import Path
+from pinmech.kinematics.state import ClosedState
+from pinmech.mechanism.closures import gap, relative_placement
+from pinmech.mechanism.mechanism import Mechanism
+from pinmech.show import shapes
+from pinmech.show.bodies import corner_points, load_bodies
+from pinmech.show.page import page
+from pinmech.show.recorder import Recorder, new_visualizer
+from pinmech.show.scene import Scene
+from pinmech.show.timing import Timing, joined_rows, time_axis
+
+Array = np.ndarray
+
+_TRACE_POINTS = 2000
+_FOREVER = 1_000_000
+
+
+def view(
+    subject: Mechanism | ClosedState | Path,
+    *,
+    time: Sequence[float] | Array | None = None,
+    duration: float | None = None,
+    frames: int = 240,
+    open: bool = False,
+    url: str | None = None,
+) -> Viewer:
+    """Show a mechanism in meshcat.
+
+    The bodies come from the URDF's visual shapes (stick figures where it has none). Loop closures
+    are marked at both of their frames, green when closed, red when they gape, with a line across
+    the gap. Base and platform have their axes (x red, y green, z blue); the magenta arrow is the
+    platform normal, its trace the way of the arrow's tip along a path.
+
+    Nothing is started: ``viewer.write_html(path)`` writes a page that works offline, with the path
+    as an animation. A live page needs ``open``, ``url``, ``viewer.open()`` or ``viewer.play()``.
+
+    Args:
+        subject: a mechanism (at home), a closed state, or a path. Rows of a path that failed are
+            left out, with a warning: there the mechanism stands still, then jumps.
+        time: (N,) [s] of the rows of a path, increasing; left out, evenly spaced.
+        duration: length of the animation [s]; left out, that of ``time`` up to 20 s, and longer
+            ones in 20 s.
+        frames: largest number of poses in the animation: a longer path is thinned to poses that
+            are evenly spaced in time. Between them meshcat moves each body along a straight line,
+            so loops may gape a little there: more frames for a fast path.
+        open: start a server, if need be, and open the page in a browser.
+        url: ZMQ address of a running ``meshcat-server`` (``tcp://127.0.0.1:6000``).
+
+    Raises:
+        InputError: not something to view; a path without one pose that succeeded; wrong times;
+            shapes that cannot be read; no server at ``url``.
+    """
+    if isinstance(subject, Path):
+        viewer = Viewer(subject.mechanism)
+        viewer.animate(subject, time=time, duration=duration, frames=frames)
+    elif isinstance(subject, Mechanism | ClosedState):
+        if time is not None:
+            raise InputError("time belongs to a path; this is one pose")
+        home = subject.home if isinstance(subject, Mechanism) else subject
+        viewer = Viewer(home.mechanism)
+        viewer.display(home)
+    else:
+        raise InputError(
+            f"view needs a Mechanism, a ClosedState or a Path, got {type(subject).__name__}"
+        )
+    if url is not None:
+        viewer.connect(url)
+    if open:
+        viewer.open()
+    return viewer
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """A path on show."""
+
+    path: Path
+    time: Array
+    timing: Timing
+    texts: list[str]
+
+
+class Viewer:
+    """A mechanism in meshcat; made by :func:`view`.
+
+    Attributes:
+        mechanism: what is shown.
+        meshcat: the ``meshcat.Visualizer``, for adding things; its frame is the base.
+        notes: what a person must know about the picture, e.g. poses that are left out.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.notes: list[str] = []
+        self.meshcat, self._recorder = new_visualizer()
+        self.bodies = load_bodies(mechanism, self.meshcat)
+        self.scene = Scene(mechanism, self.meshcat)
+        self._corners = corner_points(self.bodies, mechanism)
+        self._shown: _Shown | None = None
+        self._q = np.array(mechanism.home.q)
+        self._framed = False
+        self._pitch = 0.0
+
+    @property
+    def recorder(self) -> Recorder:
+        """The scene as meshcat commands."""
+        return self._recorder
+
+    @property
+    def url(self) -> str | None:
+        """Address of the live page; None as long as there is none."""
+        return self._recorder.web_url
+
+    def display(self, state: ClosedState | Sequence[float] | Array) -> None:
+        """Show a pose.
+
+        Args:
+            state: a closed state, or (nq,) joint values [rad or m], closed or not: to see where
+                loops gape.
+
+        Raises:
+            InputError: a state of another mechanism; values of wrong shape, or not finite.
+        """
+        if isinstance(state, ClosedState):
+            if state.mechanism.joints != self.mechanism.joints:
+                raise InputError(f"the state is of another mechanism, {state.mechanism.name}")
+            q = np.array(state.q)
+        else:
+            q = np.asarray(state, dtype=float)
+            if q.shape != (self.mechanism.model.nq,) or not np.isfinite(q).all():
+                raise InputError(f"q must be {self.mechanism.model.nq} finite numbers")
+        self._move(q)
+        if not self._framed:
+            self._frame([q])
+
+    def animate(
+        self,
+        path: Path,
+        *,
+        time: Sequence[float] | Array | None = None,
+        duration: float | None = None,
+        frames: int = 240,
+    ) -> None:
+        """Make the scene play a path; arguments as for :func:`view`."""
+        if path.mechanism.joints != self.mechanism.joints:
+            raise InputError(f"the path is of another mechanism, {path.mechanism.name}")
+        good = np.flatnonzero(path.success)
+        if not len(good):
+            raise InputError(
+                f"no pose of the path succeeded; the first one: {path.status[0]}: {path.message(0)}"
+                if len(path)
+                else "the path is empty"
+            )
+        axis = time_axis(time, len(path))
+        timing = Timing.of(
+            np.asarray(path.success), axis, given=time is not None, duration=duration, frames=frames
+        )
+        self.notes = []
+        if len(good) < len(path):
+            bad = int(np.flatnonzero(~np.asarray(path.success))[0])
+            note = (
+                f"{len(path) - len(good)} of {len(path)} poses failed and are left out; the first "
+                f"is row {bad}: {path.status[bad]}: {path.message(bad)}"
+            )
+            self.notes.append(note)
+            warnings.warn(note, stacklevel=3)
+        poses: dict[str, list[Array]] = {}
+        texts, worst = [], dict.fromkeys(self.mechanism.loops, 0.0)
+        for row in timing.rows:
+            data = self._kinematics(path.q[row])
+            for node, pose in self._moving(data).items():
+                poses.setdefault(f"/meshcat/{node}", []).append(pin.SE3ToXYZQUAT(pose))
+            for name, loop in self.mechanism.loops.items():
+                size = gap(loop, relative_placement(loop, data), self.mechanism.length)
+                worst[name] = max(worst[name], size)
+            when = f"t = {axis[row]:.6g} s:  " if time is not None else f"row {row}:  "
+            texts.append(when + self.scene.readout(path.q[row], data))
+        self._shown = _Shown(path, axis, timing, texts)
+        self._trace(path, good)
+        chosen = timing.rows[np.linspace(0, len(timing.rows) - 1, 12).astype(int)]
+        self._frame([path.q[row] for row in dict.fromkeys(chosen.tolist())])
+        self._move(path.q[good[0]])
+        for name, size in worst.items():
+            self.scene.colour(name, size)
+        if len(timing.rows) > 1:
+            keys = shapes.Keys(timing.at, {n: np.array(v) for n, v in poses.items()})
+            self.meshcat.window.send(SetAnimation(keys, play=True, repetitions=_FOREVER))
+
+    def play(
+        self,
+        path: Path | None = None,
+        *,
+        time: Sequence[float] | Array | None = None,
+        rate: float = 1.0,
+    ) -> None:
+        """Play a path in the live page, pose by pose; returns when it is over.
+
+        Poses that come too late are skipped, so that the speed is right.
+
+        Args:
+            path: the path; left out, the one on show. Rows that failed are left out.
+            time: (N,) [s] of its rows; left out, 30 poses a second.
+            rate: speed over that of the real motion.
+
+        Raises:
+            InputError: no path, no pose that succeeded, wrong times, a rate that is not positive.
+        """
+        if not (np.isfinite(rate) and rate > 0):
+            raise InputError(f"rate must be positive, is {rate!r}")
+        if path is None:
+            if self._shown is None:
+                raise InputError("there is no path to play; give one")
+            path = self._shown.path
+            axis = self._shown.time if time is None else time_axis(time, len(path))
+        else:
+            axis = time_axis(time, len(path))
+        good = np.flatnonzero(path.success)
+        if not len(good):
+            raise InputError("no pose of the path succeeded")
+        self.connect()
+        self._recorder.stop_animation()
+        at = (axis[good] - axis[good[0]]) / rate
+        start = clock.monotonic()
+        row = 0
+        while True:
+            self.display(path.q[good[row]])
+            if row == len(good) - 1:
+                return
+            clock.sleep(max(0.0, at[row + 1] - (clock.monotonic() - start)))
+            late = int(np.searchsorted(at, clock.monotonic() - start, side="right")) - 1
+            row = min(max(row + 1, late), len(good) - 1)
+
+    def connect(self, url: str | None = None) -> str:
+        """Show the scene live; returns the address of the page for a browser.
+
+        Args:
+            url: ZMQ address of a running ``meshcat-server``; None starts one, which lives as long
+                as this Python process.
+
+        Raises:
+            InputError: no server answers at ``url``. PinmechError: a server does not start.
+        """
+        return self._recorder.connect(url)
+
+    def open(self) -> Viewer:
+        """Open the live page in a browser; starts a server if there is none yet."""
+        webbrowser.open(self.connect(), new=2)
+        return self
+
+    def html(self) -> str:
+        """The static page: one HTML text that needs no server and no network."""
+        readout = None
+        if self._shown is not None and self._recorder.animated:
+            at = self._shown.timing.at
+            readout = {"times": np.round(at, 4).tolist(), "texts": self._shown.texts}
+        return page(
+            self._recorder.packed(),
+            title=self.mechanism.title or self.mechanism.name,
+            lines=self._lines(),
+            readout=readout,
+        )
+
+    def write_html(self, path: str | FilePath) -> FilePath:
+        """Write the static page; returns its path.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        path = FilePath(path)
+        path.write_text(self.html(), encoding="utf-8", newline="\n")
+        return path
+
+    def gaps(self) -> dict[str, float]:
+        """Loop name -> gap [m] of the pose on show; angles count as characteristic length · angle."""
+        data = self._kinematics(self._q)
+        return {
+            name: gap(loop, relative_placement(loop, data), self.mechanism.length)
+            for name, loop in self.mechanism.loops.items()
+        }
+
+    def _lines(self) -> list[str]:
+        lines = []
+        if self._shown is None:
+            lines.append(self.scene.readout(self._q, self._kinematics(self._q)))
+        else:
+            lines.append(self._shown.timing.describe())
+        name, size = max(self.gaps().items(), key=lambda item: item[1])
+        count = len(self.mechanism.loops)
+        lines.append(f"{count} loop closures (dots), largest gap {size:.1e} m ({name})")
+        lines.append(f"magenta: platform normal; grid: {1e3 * self._pitch:g} mm")
+        return [*lines, *self.notes]
+
+    def _kinematics(self, q: Array) -> pin.Data:
+        pin.forwardKinematics(self.mechanism.model, self.bodies.data, q)
+        return self.bodies.data
+
+    def _move(self, q: Array) -> None:
+        self._q = np.array(q)
+        self.bodies.display(self._q)
+        self.scene.place(self.bodies.data)
+
+    def _moving(self, data: pin.Data) -> dict[str, pin.SE3]:
+        model = self.mechanism.model
+        bodies = {self.bodies.body_node(j): data.oMi[j] for j in range(1, model.njoints)}
+        return {**bodies, **self.scene.moving(data)}
+
+    def _trace(self, path: Path, good: Array) -> None:
+        rows = good[:: max(1, -(-len(good) // _TRACE_POINTS))]
+        if rows[-1] != good[-1]:
+            rows = np.append(rows, good[-1])
+        tip = np.array([0.0, 0.0, self.scene.arrow])
+        tips = [self.scene.platform(self._kinematics(path.q[row])).act(tip) for row in rows]
+        self.scene.trace(np.array(tips), joined_rows(np.asarray(path.success), rows))
+
+    def _frame(self, poses: Sequence[Any]) -> None:
+        """Point the camera at the bodies in some poses, the normal's arrow included."""
+        points = []
+        for q in poses:
+            data = self._kinematics(q)
+            for joint, corners in self._corners.items():
+                pose = data.oMi[joint]
+                points.append(corners @ pose.rotation.T + pose.translation)
+            tip = self.scene.platform(data).act(np.array([0.0, 0.0, self.scene.arrow]))
+            points.append(tip[None])
+        self._pitch = self.scene.frame(np.vstack(points))
+        self._framed = True
