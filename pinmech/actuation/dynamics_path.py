@@ -260,11 +260,13 @@ class _Lean:
         system.evaluate(q)
         k = system.jacobian()
         held = k.take(self.held, axis=1)
-        lu, pivots, info = lapack.dgetrf(k.take(self.free, axis=1))
+        # Not dgetrf and dgetrs: OpenBLAS starts threads in dgetrs for more than one right side,
+        # which costs a thousand times the solve on a busy machine.
+        lu, pivots, x, info = lapack.dgesv(k.take(self.free, axis=1), held)
         diagonal = np.abs(lu.diagonal())
         if info != 0 or diagonal.min() <= 1e-7 * diagonal.max():
             return False
-        motion[self.free] = -lapack.dgetrs(lu, pivots, held)[0]
+        motion[self.free] = -x
         v = motion @ rate
         twist = None
         if self.wrench is not None:

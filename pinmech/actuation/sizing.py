@@ -214,7 +214,7 @@ def first_failure(time: Array, path: PosePath, torques: DynamicsPath) -> tuple[s
         more = f" ({count} of {len(time)} samples fail)" if count > 1 else ""
         note = f"{status.replace('_', ' ')} at t = {time[k]:.6g} s{more}"
         found.append((float(time[k]), status, f"{note}: {reason}" if reason else note))
-    if False:
+    if len(torques.crossings):
         k = int(min(torques.crossings))
         note = (
             f"singular between t = {time[k]:.6g} s and {time[k + 1]:.6g} s: "

@@ -102,7 +102,8 @@ class InverseSolver:
             q[self.held] = target
             quick = _quick(mechanism, system)
             quick.signs = self.signs
-            if quick.solve(q) and not (self.limits and limit_breaches(mechanism, q)):
+            # Within the limits passive joints cannot be flipped, which determinants cannot see.
+            if quick.solve(q) and not limit_breaches(mechanism, q):
                 return self._finish(q, quick.iterations)
             q = start.copy()
             q[self.held] = target
@@ -280,7 +281,7 @@ def _quick(mechanism: Mechanism, system: ClosureSystem) -> Warm:
     quick = system.kit.get("inverse")
     if quick is None:
         parts, held = labelled(mechanism), np.array(mechanism.outputs.coordinates)
-        quick = Warm(mechanism, system, parts, held, home_signs(mechanism))
+        quick = Warm(mechanism, system, parts, held, home_signs(mechanism), contraction=1.0)
         quick.calibrate(mechanism.home.q)
         system.kit["inverse"] = quick
     return quick

@@ -27,6 +27,9 @@ _NEAR_SINGULAR = 1e-4
 class Warm:
     """Newton in place for one choice of held coordinates.
 
+    Where the signs tell every branch apart, Newton may take its time (``contraction=1``); where
+    they only tell an even number of crossings from an odd one, it must contract at once.
+
     Attributes:
         held: indices of the held coordinates.
         free: indices of the others, ordered by block.
@@ -41,11 +44,13 @@ class Warm:
         parts: tuple[Block, ...],
         held: Array,
         signs: Array,
+        *,
+        contraction: float = CONTRACTION,
     ) -> None:
         self.system, self.held, self.signs = system, held, signs
         self.reader = SignReader(parts)
         self.free = self.reader.free
-        self.length = mechanism.length
+        self.length, self.contraction = mechanism.length, contraction
         weights = np.where(mechanism.revolving[self.free], 1.0, 1.0 / mechanism.length)
         self.weights = None if bool((weights == 1.0).all()) else weights
         self.iterations, self.residual = 0, np.inf
@@ -74,7 +79,7 @@ class Warm:
                 first = step
                 if step > LONGEST_MOVE:
                     return False
-            elif count == 1 and step > CONTRACTION * first + 1e-6:
+            elif count == 1 and step > self.contraction * first + 1e-6:
                 return False
             q[free] -= x
         return False

@@ -24,7 +24,7 @@ _LOOK = np.array([0.78, -0.95, 0.52])  # from the mechanism to the camera
 _WIDEST = 1.2  # width of the window over its height that the camera allows for
 
 CAMERA = "/Cameras/default/rotated/<object>"
-#: Lengths over the characteristic length.
+#: Lengths over the size of the scene.
 BASE_AXES, PLATFORM_AXES, NORMAL = 0.5, 0.35, 0.8
 MARKER = 0.025
 
@@ -32,13 +32,12 @@ MARKER = 0.025
 class Scene:
     """Nodes of a meshcat viewer that belong to the mechanism as a whole.
 
-    ``closures/<loop>/first`` and ``second`` are the loop's frames and ``gap`` the line between
+    ``size`` [m] is what arrows, axes and markers are scaled by. ``closures/<loop>/first`` and ``second`` are the loop's frames and ``gap`` the line between
     them; ``base/axes``; ``platform/axes`` and ``platform/normal``; ``trace``.
     """
 
-    def __init__(self, mechanism: Mechanism, viewer: Any) -> None:
-        self.mechanism, self.viewer = mechanism, viewer
-        size = mechanism.length
+    def __init__(self, mechanism: Mechanism, viewer: Any, size: float) -> None:
+        self.mechanism, self.viewer, self.size = mechanism, viewer, size
         shapes.axes(viewer["base/axes"], BASE_AXES * size, 0.007 * size)
         shapes.axes(viewer["platform/axes"], PLATFORM_AXES * size, 0.006 * size)
         tip = np.array([0.0, 0.0, self.arrow])
@@ -57,7 +56,7 @@ class Scene:
     @property
     def arrow(self) -> float:
         """Length of the arrow along the platform normal [m]."""
-        return NORMAL * self.mechanism.length
+        return NORMAL * self.size
 
     def place(self, data: pin.Data) -> None:
         """Move everything to the joint placements of ``data``; colour closures by their gap."""

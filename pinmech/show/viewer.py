@@ -111,10 +111,11 @@ class Viewer:
         self.notes: list[str] = []
         self.meshcat, self._recorder = new_visualizer()
         self.bodies = load_bodies(mechanism, self.meshcat)
-        self.scene = Scene(mechanism, self.meshcat)
         self._corners = corner_points(self.bodies, mechanism)
         self._shown: _Shown | None = None
         self._q = np.array(mechanism.home.q)
+        across = float(np.linalg.norm(np.ptp(self._points(self._q), axis=0)))
+        self.scene = Scene(mechanism, self.meshcat, max(mechanism.length, 0.28 * across))
         self._framed = False
         self._pitch = 0.0
 
@@ -333,11 +334,15 @@ class Viewer:
         """Point the camera at the bodies in some poses, the normal's arrow included."""
         points = []
         for q in poses:
-            data = self._kinematics(q)
-            for joint, corners in self._corners.items():
-                pose = data.oMi[joint]
-                points.append(corners @ pose.rotation.T + pose.translation)
-            tip = self.scene.platform(data).act(np.array([0.0, 0.0, self.scene.arrow]))
-            points.append(tip[None])
+            points.append(self._points(q))
+            tip = np.array([0.0, 0.0, self.scene.arrow])
+            points.append(self.scene.platform(self.bodies.data).act(tip)[None])
         self._pitch = self.scene.frame(np.vstack(points))
         self._framed = True
+
+    def _points(self, q: Array) -> Array:
+        """(n, 3) points [m, base axes] that bound the bodies at q."""
+        data = self._kinematics(q)
+        return np.vstack(
+            [c @ data.oMi[j].rotation.T + data.oMi[j].translation for j, c in self._corners.items()]
+        )

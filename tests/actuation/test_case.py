@@ -256,6 +256,21 @@ def test_cases_made_in_python() -> None:
         Case("c", mech, [LoadCase("a", other)])
 
 
+def test_degrees_are_for_angles_lengths_stay_in_metres(tmp_path: Path) -> None:
+    text = """\
+schema: 1
+name: lift
+mechanism: gpr_3ps
+load_cases:
+  - name: up
+    gravity: [0, 0, -9.81]
+    profile: {type: slew, unit: deg, duration: 1, from: {z: 0.3, alpha: 0, beta: 0},
+              to: {beta: -1, z: 0.31, alpha: 2}}
+"""
+    (case,) = load_case_file(place(tmp_path, text)).load_cases
+    np.testing.assert_allclose(case.motion.values[-1], [0.31, np.radians(2), np.radians(-1)])
+
+
 def test_the_schema_for_editors_knows_every_key() -> None:
     schema = case_schema()
     assert set(schema["properties"]) >= {"schema", "mechanism", "payload", "friction", "load_cases"}

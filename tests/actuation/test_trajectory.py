@@ -9,7 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from pinmech.actuation.rotations import canonical, orientation_rates, quaternions
+from pinmech.actuation.rotations import (
+    canonical,
+    orientation_rates,
+    quaternion_rates,
+    quaternions,
+)
 from pinmech.actuation.trajectory import Trajectory
 from pinmech.errors import InputError, TrajectoryError
 from pinmech.mechanism.mechanism import Outputs
@@ -309,6 +314,30 @@ def test_canonical_inverts_quaternions(axis: np.ndarray, angle: float) -> None:
     np.testing.assert_allclose(np.linalg.norm(q), 1, atol=1e-15)
     np.testing.assert_allclose(canonical(q)[0], s, rtol=1e-13, atol=1e-15)
     np.testing.assert_allclose(canonical(-q)[0], s, rtol=1e-13, atol=1e-15)
+
+
+def test_quaternion_rates_of_a_curve_that_leaves_the_unit_sphere() -> None:
+    """Against the rates of the same rotations in canonical coordinates; length is no motion."""
+    t = np.linspace(0, 1, 7)[:, None]
+    s, d, dd = np.array([0.4, 0.2, 0.9]) * t**2, np.array([0.8, 0.4, 1.8]) * t, np.ones_like(t)
+    dd = dd * [0.8, 0.4, 1.8]
+    omega, rate = orientation_rates(s, d, dd)
+    q = quaternions(s)
+    # q' = omega q / 2, and the curve is (1 + t^3 + t) q.
+    w = np.hstack([np.zeros_like(t), omega])
+    dw = np.hstack([np.zeros_like(t), rate])
+
+    def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        real = a[:, :1] * b[:, :1] - np.sum(a[:, 1:] * b[:, 1:], axis=1, keepdims=True)
+        imaginary = a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])
+        return np.hstack([real, imaginary])
+
+    dq = product(w, q) / 2
+    ddq = product(dw, q) / 2 + product(w, dq) / 2
+    f, df, ddf = 1 + t**3 + t, 3 * t**2 + 1, 6 * t
+    found = quaternion_rates(f * q, df * q + f * dq, ddf * q + 2 * df * dq + f * ddq)
+    np.testing.assert_allclose(found[0], omega, atol=1e-13)
+    np.testing.assert_allclose(found[1], rate, atol=1e-13)
 
 
 def wrapped(s: np.ndarray) -> np.ndarray:

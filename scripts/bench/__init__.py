@@ -1,0 +1,1 @@
+"""The baselines that scripts/bench_kinematics.py measures pinmech against."""
