@@ -120,7 +120,9 @@ class MissingExtraError(PinmechError, ImportError):
 
     def __init__(self, library: str, extra: str) -> None:
         self.library, self.extra = library, extra
-        super().__init__(f"{library} is not installed; install it with: pip install 'pinmech[{extra}]'")
+        super().__init__(
+            f"{library} is not installed; install it with: pip install 'pinmech[{extra}]'"
+        )
 
 
 def suggest(name: str, known: Iterable[str]) -> str:

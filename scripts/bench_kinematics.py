@@ -25,7 +25,7 @@ from typing import Protocol
 import numpy as np
 
 import pinmech as pm
-from bench import placo_client
+from bench import clock, placo_client
 from bench.cases import AGREEMENT, TOLERANCE, Case, Run, kinematic_cases, motion, residuals
 from bench.mujoco_loop import MujocoCareful, MujocoPlain
 from bench.ours import Pinmech
@@ -173,9 +173,7 @@ def summary(tables: Mapping[str, Sequence[Row]]) -> str:
             against = [r.ratio for r in tables.get(case, ()) if r.name.startswith(other)]
             if against:
                 label = other.split(",")[0]
-                lines.append(
-                    f"| {what}: pose of a path ÷ {label} | {aim} | {max(against):.2f} |"
-                )
+                lines.append(f"| {what}: pose of a path ÷ {label} | {aim} | {max(against):.2f} |")
     for case in ("inverse_smooth", "inverse_random"):
         pose, call = row(case, OURS), row("inverse_call", OURS)
         if pose and call:
@@ -191,7 +189,8 @@ def header(placo: str, count: int, rounds: int) -> str:
     """What was measured, on what."""
     packages = ", ".join(f"{name} {version(name)}" for name in ("pin", "mujoco", "numpy", "scipy"))
     return (
-        f"Mechanism {MECHANISM}; {count} poses, {rounds} interleaved rounds, medians. "
+        f"Mechanism {MECHANISM}; {count} poses, {rounds} interleaved rounds, medians of "
+        f"{'CPU' if clock.used() == 'cpu' else 'wall'} time. "
         f"Baselines start from the pose before (or from home, for one call) and stop at a residual "
         f"of {TOLERANCE:g} (equal-care MuJoCo: 1e-12, as pinmech); all answers agree to "
         f"{AGREEMENT:g}. Residual: largest loop gap over the characteristic length, measured alike "
@@ -210,12 +209,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--rounds", type=int, help="rounds (21)")
     parser.add_argument("--only", nargs="+", choices=names, metavar="CASE", help=", ".join(names))
     parser.add_argument("--no-placo", action="store_true", help="leave placo out")
+    parser.add_argument(
+        "--clock", choices=list(clock.CLOCKS), default="cpu", help="CPU time (default) or wall time"
+    )
     parser.add_argument("--out", type=Path, help="write the tables to this file too")
     options = parser.parse_args(arguments)
     count = options.poses or (200 if options.quick else 1000)
     rounds = options.rounds or (7 if options.quick else 21)
     wanted = options.only or names
 
+    clock.use(options.clock)
     mech = pm.load(MECHANISM)
     contenders: list[Contender] = [Pinmech(mech)]
     notes: list[str] = []

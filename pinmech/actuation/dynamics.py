@@ -142,9 +142,7 @@ def unbalanced_message(mechanism: Mechanism, names: tuple[str, ...], unbalanced:
         )
         if abs(value) > 1e-9 * np.abs(unbalanced).max()
     )
-    return (
-        f"type 2 singularity: {', '.join(names)} cannot produce this motion; unbalanced: {parts}"
-    )
+    return f"type 2 singularity: {', '.join(names)} cannot produce this motion; unbalanced: {parts}"
 
 
 def _external(mechanism: Mechanism, system: ClosureSystem, loads: Loads) -> Array:

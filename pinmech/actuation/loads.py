@@ -18,7 +18,7 @@ Array = np.ndarray
 FRICTION_SPEED = 1e-6
 
 
-def _tuple(values: Sequence[float] | Array, shape: tuple[int, ...], what: str) -> tuple:
+def _tuple(values: object, shape: tuple[int, ...], what: str) -> tuple:
     array = np.asarray(values, dtype=float)
     if array.shape != shape or not np.isfinite(array).all():
         raise InputError(f"{what} must be finite numbers of shape {shape}, is {values!r}")

@@ -76,9 +76,7 @@ class LimbScrews(Mapping[str, ScrewSystem]):
         return len(self.limbs)
 
 
-def limb_screws(
-    state: ClosedState, *, at: Array | None = None, locked: bool = False
-) -> LimbScrews:
+def limb_screws(state: ClosedState, *, at: Array | None = None, locked: bool = False) -> LimbScrews:
     """Twist and constraint wrench systems of each limb at a closed state.
 
     Args:
@@ -153,9 +151,7 @@ def _chain(mechanism: Mechanism, body: int, stop: tuple[int, ...]) -> tuple[int,
     return body, passed
 
 
-def _twist_at(
-    mechanism: Mechanism, system: ClosureSystem, frame: Frame, point: Array
-) -> Array:
+def _twist_at(mechanism: Mechanism, system: ClosureSystem, frame: Frame, point: Array) -> Array:
     """(6, nv) twist of a frame's body, its point at ``point`` [m], base axes."""
     if frame.joint == BASE:
         return np.zeros((6, mechanism.model.nv))

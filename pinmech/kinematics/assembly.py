@@ -162,4 +162,3 @@ def _open_loops(mechanism: Mechanism, q: Array) -> str:
         if size > 1e-9 * mechanism.length:
             texts.append(f"loop {name} by {1e3 * size:.3g} mm")
     return ", ".join(texts)
-

@@ -74,5 +74,3 @@ def motions(state: ClosedState) -> Motions:
     with state.mechanism.scratch() as system:
         system.evaluate(state.q)
         return motions_at(state.mechanism, system)
-
-

@@ -61,7 +61,8 @@ def inverse_path(
         warm = None
         if mechanism.outputs.kind == "joints" and fully_labelled(mechanism):
             held = np.array(mechanism.outputs.coordinates)
-            warm = Warm(mechanism, system, labelled(mechanism), held, signs)
+            # Without limits a passive joint may flip, which the signs cannot see.
+            warm = Warm(mechanism, system, labelled(mechanism), held, signs, labelled=limits)
         elif solver.square:
             warm = _whole(mechanism, system, solver.free, solver.held, start.q)
         runner = _Runner(mechanism, targets, limits=limits, progress=progress)
@@ -124,9 +125,7 @@ def forward_path(
         return runner.run(warm, solver.solve, targets, start.q, wanted[:, chosen])
 
 
-def _whole(
-    mechanism: Mechanism, system: ClosureSystem, free: Array, held: Array, q: Array
-) -> Warm:
+def _whole(mechanism: Mechanism, system: ClosureSystem, free: Array, held: Array, q: Array) -> Warm:
     """The lean solver for a square system as one block: its determinant keeps the sign it has at
     q, and Newton's contraction keeps it on its branch."""
     block = Block("all", np.arange(system.rows), free)

@@ -281,7 +281,7 @@ def _quick(mechanism: Mechanism, system: ClosureSystem) -> Warm:
     quick = system.kit.get("inverse")
     if quick is None:
         parts, held = labelled(mechanism), np.array(mechanism.outputs.coordinates)
-        quick = Warm(mechanism, system, parts, held, home_signs(mechanism), contraction=1.0)
+        quick = Warm(mechanism, system, parts, held, home_signs(mechanism), labelled=True)
         quick.calibrate(mechanism.home.q)
         system.kit["inverse"] = quick
     return quick
@@ -361,9 +361,9 @@ def forward(
     values = vector(actuators, names, "actuator")
     start = guess_state(mechanism, guess)
     with mechanism.scratch() as system:
-        return ForwardSolver(
-            mechanism, system, names, limits=limits, tolerance=tolerance
-        ).solve(values, start.q)
+        return ForwardSolver(mechanism, system, names, limits=limits, tolerance=tolerance).solve(
+            values, start.q
+        )
 
 
 class ForwardSolver:
@@ -385,9 +385,7 @@ class ForwardSolver:
         self.coordinates = np.array([a.coordinate for a in chosen], dtype=int)
         self._scale = np.array([a.scale for a in chosen])
         self._offset = np.array([a.offset for a in chosen])
-        self._weights = np.where(
-            mechanism.revolving[self.coordinates], 1.0, 1.0 / mechanism.length
-        )
+        self._weights = np.where(mechanism.revolving[self.coordinates], 1.0, 1.0 / mechanism.length)
         self.mobility = input_mobility(mechanism)
         self._count = 0
         if len(names) < self.mobility:
@@ -438,9 +436,7 @@ class ForwardSolver:
         self._count += tracked.iterations
         if tracked.arrived:
             return None, tracked.q
-        reached = ", ".join(
-            f"{self.names[k]} = {self._shown(k, tracked.q)}" for k in subset
-        )
+        reached = ", ".join(f"{self.names[k]} = {self._shown(k, tracked.q)}" for k in subset)
         where = f"{100 * tracked.s:.3g} % of the way there, at {reached}"
         if tracked.singular:
             message = f"the straight line meets a type 2 singularity {where}"

@@ -191,9 +191,7 @@ def velocity(state: ClosedState, output_rates: Values) -> Array:
     return _output_motion(state).per_output @ rates
 
 
-def acceleration(
-    state: ClosedState, output_rates: Values, output_accelerations: Values
-) -> Array:
+def acceleration(state: ClosedState, output_rates: Values, output_accelerations: Values) -> Array:
     """Joint accelerations (nv,) [rad/s², m/s²] for output rates and accelerations.
 
     Output accelerations of an orientation are the angular acceleration in base axes. Idle motions
@@ -227,9 +225,11 @@ def acceleration_at(
     jacobian = scaled_output_jacobian(mechanism, system)
     gamma = system.drift(q, v) / mechanism.length
     particular = velocity_scale(mechanism) * np.linalg.lstsq(k, -gamma, rcond=1e-9)[0]
-    shortfall = accelerations - output_drift(mechanism, system) - (
-        jacobian * output_scale(mechanism)[:, None] / velocity_scale(mechanism)
-    ) @ particular
+    shortfall = (
+        accelerations
+        - output_drift(mechanism, system)
+        - (jacobian * output_scale(mechanism)[:, None] / velocity_scale(mechanism)) @ particular
+    )
     return particular + per_output @ shortfall
 
 
@@ -264,4 +264,3 @@ def check_rates(mechanism: Mechanism, values: object, count: int, what: str) -> 
             f"{what} must have shape ({count}, {len(mechanism.outputs)}), have {out.shape}"
         )
     return out
-

@@ -115,9 +115,7 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
         count += run.iterations
         moved = np.abs((trial - here)[problem.free] * problem.weights).max(initial=0.0)
         good = (
-            run.converged
-            and moved <= LONGEST_MOVE
-            and run.second <= CONTRACTION * run.first + 1e-6
+            run.converged and moved <= LONGEST_MOVE and run.second <= CONTRACTION * run.first + 1e-6
         )
         if good:
             after = _scaled(problem, system)

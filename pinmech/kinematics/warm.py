@@ -27,8 +27,8 @@ _NEAR_SINGULAR = 1e-4
 class Warm:
     """Newton in place for one choice of held coordinates.
 
-    Where the signs tell every branch apart, Newton may take its time (``contraction=1``); where
-    they only tell an even number of crossings from an odd one, it must contract at once.
+    Where the signs tell every branch apart (``labelled``), Newton may take its time; where they
+    only tell an even number of crossings from an odd one, it must contract at once.
 
     Attributes:
         held: indices of the held coordinates.
@@ -45,12 +45,12 @@ class Warm:
         held: Array,
         signs: Array,
         *,
-        contraction: float = CONTRACTION,
+        labelled: bool = False,
     ) -> None:
         self.system, self.held, self.signs = system, held, signs
         self.reader = SignReader(parts)
         self.free = self.reader.free
-        self.length, self.contraction = mechanism.length, contraction
+        self.length, self.labelled = mechanism.length, labelled
         weights = np.where(mechanism.revolving[self.free], 1.0, 1.0 / mechanism.length)
         self.weights = None if bool((weights == 1.0).all()) else weights
         self.iterations, self.residual = 0, np.inf
@@ -65,7 +65,7 @@ class Warm:
         for count in range(_STEPS + 1):
             e = system.evaluate(q)
             square = e.dot(e)
-            if square <= bound and lu is not None:
+            if square <= bound and lu is not None and pivots is not None:
                 self.iterations, self.residual = count, square**0.5 / self.length
                 return bool((self.reader.read(lu, pivots) * self.signs).min() > self._least)
             lu, pivots, x, info = lapack.dgesv(system.jacobian().take(free, 1), e)
@@ -73,13 +73,14 @@ class Warm:
                 return False
             scaled = x if self.weights is None else x * self.weights
             step = max(scaled.max(), -scaled.min())
-            if not step <= CLAMP:
-                return False
-            if count == 0:
+            if self.labelled:
+                if not step <= CLAMP:
+                    x *= CLAMP / step
+            elif count == 0:
                 first = step
-                if step > LONGEST_MOVE:
+                if not step <= LONGEST_MOVE:
                     return False
-            elif count == 1 and step > self.contraction * first + 1e-6:
+            elif not step <= (CONTRACTION * first + 1e-6 if count == 1 else first):
                 return False
             q[free] -= x
         return False

@@ -23,7 +23,7 @@ def example_robots() -> dict[str, Path]:
     """URDF files of the robots in the package example-robot-data, by file name without ending."""
     roots = [Path(sysconfig.get_path("data")) / "share"]
     roots += [p / "share" for p in Path(pin.__file__).parents if p.name == "cmeel.prefix"]
-    found = {}
+    found: dict[str, Path] = {}
     for root in roots:
         for path in sorted((root / "example-robot-data" / "robots").glob("*/**/*.urdf")):
             found.setdefault(path.stem, path)

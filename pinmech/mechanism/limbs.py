@@ -56,9 +56,7 @@ def find_limbs(
     edges: list[tuple[str, str, int, int]] = [
         ("joint", model.names[body], model.parents[body], body) for body in range(1, model.njoints)
     ]
-    edges += [
-        ("loop", loop.name, loop.frames[0].joint, loop.frames[1].joint) for loop in loops
-    ]
+    edges += [("loop", loop.name, loop.frames[0].joint, loop.frames[1].joint) for loop in loops]
     for _, _, one, two in edges:
         if one in group and two in group:
             group[find(one)] = find(two)
@@ -67,19 +65,19 @@ def find_limbs(
     for kind, name, one, two in edges:
         inner = next((body for body in (one, two) if body in group), None)
         # A joint or loop straight between base and platform is a limb of its own.
-        key = find(inner) if inner is not None else (kind, name)
+        key: object = find(inner) if inner is not None else (kind, name)
         members.setdefault(key, []).append((kind, name))
 
     limbs: dict[str, Limb] = {}
     driver = {joint: actuator for actuator, joint in actuators.items()}
-    for key, parts in members.items():
+    for owner, parts in members.items():
         joints = tuple(name for kind, name in parts if kind == "joint")
         own_loops = tuple(name for kind, name in parts if kind == "loop")
         driven = [name for name, joint in actuators.items() if joint in joints]
         candidates = driven or list(own_loops) or [driver.get(joint, joint) for joint in joints]
         name = next((c for c in candidates if c not in limbs), f"{candidates[0]}#{len(limbs)}")
         coordinates = tuple(model.joints[model.getJointId(joint)].idx_v for joint in joints)
-        bodies = tuple(body for body in group if find(body) == key)
+        bodies = tuple(body for body in group if find(body) == owner)
         limbs[name] = Limb(name, joints, own_loops, coordinates, bodies)
     order = {loop.name: k for k, loop in enumerate(loops)}
 

@@ -277,9 +277,7 @@ class Mechanism:
         """
         from pinmech.mechanism.hybrid import mount_arm
 
-        return mount_arm(
-            self, arm, placement=placement, prefix=prefix, joints=joints, home=home
-        )
+        return mount_arm(self, arm, placement=placement, prefix=prefix, joints=joints, home=home)
 
     def with_model(self, model: pin.Model) -> Mechanism:
         """The same mechanism on a model with the same geometry but other inertias or friction."""

@@ -116,9 +116,7 @@ def read_urdf(text: str, label: str, folder: Path | None) -> tuple[Urdf | None, 
     return Urdf(out, tuple(masses), joints), reader.faults
 
 
-def _named(
-    reader: _Reader, root: etree._Element, tag: str
-) -> Iterator[tuple[str, etree._Element]]:
+def _named(reader: _Reader, root: etree._Element, tag: str) -> Iterator[tuple[str, etree._Element]]:
     seen: dict[str, int] = {}
     for element in root.findall(tag):
         name = element.get("name", "")
@@ -150,9 +148,7 @@ def _read_links(reader: _Reader, root: etree._Element) -> dict[str, float]:
     return masses
 
 
-def _check_inertia(
-    reader: _Reader, name: str, inertial: etree._Element, mass: float
-) -> None:
+def _check_inertia(reader: _Reader, name: str, inertial: etree._Element, mass: float) -> None:
     inertia = inertial.find("inertia")
     if inertia is None:
         if mass > 0:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from time import perf_counter
 
 import mujoco
 import numpy as np
@@ -11,6 +10,7 @@ from scipy.linalg import lapack
 
 import pinmech as pm
 from bench.cases import STEPS, TOLERANCE, Case, Motion, Run, spherical_pairs
+from bench.clock import now
 from bench.plain import along
 
 Array = np.ndarray
@@ -122,7 +122,7 @@ class MujocoPlain(_Mujoco):
         held, free = self.outputs, [k for k in range(model.nv) if k not in self.outputs]
         driven = [self.names.index(name) for name in motion.joints]
         answers = np.empty((len(motion.rates), len(driven)))
-        begin = perf_counter()
+        begin = now()
         rows = zip(motion.path.q, motion.rates, motion.accelerations, strict=True)
         for k, (q, rate, acceleration) in enumerate(rows):
             data.qpos[:] = q
@@ -141,7 +141,7 @@ class MujocoPlain(_Mujoco):
             data.qacc[:] = a
             mujoco.mj_inverse(model, data)
             answers[k] = np.linalg.pinv(basis[driven].T) @ (basis.T @ data.qfrc_inverse)
-        return Run(perf_counter() - begin, answers)
+        return Run(now() - begin, answers)
 
     def _stack(self, jac) -> Array:  # type: ignore[no-untyped-def]
         model, data = self.model, self.data
@@ -216,7 +216,7 @@ class MujocoCareful(_Mujoco):
         tau = np.zeros(model.nv)
         qpos, qvel, qacc, positions = data.qpos, data.qvel, data.qacc, data.site_xpos
         answers = np.empty((len(motion.rates), len(driven)))
-        begin = perf_counter()
+        begin = now()
         for k in range(len(motion.rates)):
             qpos[:] = motion.path.q[k]
             mujoco.mj_kinematics(model, data)
@@ -238,4 +238,4 @@ class MujocoCareful(_Mujoco):
             # Least norm of the torques u with A u = b and A (2, 3): u = Aᵀ (A Aᵀ)⁻¹ b.
             arms = basis[driven]
             answers[k] = arms @ lapack.dgesv(arms.T @ arms, basis.T @ tau)[2]
-        return Run(perf_counter() - begin, answers)
+        return Run(now() - begin, answers)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from time import perf_counter
 
 import numpy as np
 
 import pinmech as pm
 from bench.cases import Case, Motion, Run
+from bench.clock import now
 
 
 class Pinmech:
@@ -24,39 +24,39 @@ class Pinmech:
         if case.restart:
             return self._calls(case, forward)
         start = pm.verify_closed(self.mech, case.start)
-        begin = perf_counter()
+        begin = now()
         if forward:
             path = pm.forward_path(self.mech, case.values, drive="12", guess=start)
         else:
             path = pm.inverse_path(self.mech, case.values, guess=start)
-        seconds = perf_counter() - begin
+        seconds = now() - begin
         return Run(seconds, path.q, float(path.iterations.mean()))
 
     def _calls(self, case: Case, forward: bool) -> Run:
         mech, found = self.mech, []
         first, second = mech.drive("12")
-        begin = perf_counter()
+        begin = now()
         if forward:
             for row in case.values:
                 found.append(pm.forward(mech, {first: row[0], second: row[1]}))
         else:
             for row in case.values:
                 found.append(pm.inverse(mech, row))
-        seconds = perf_counter() - begin
+        seconds = now() - begin
         steps = float(np.mean([solution.iterations for solution in found]))
         return Run(seconds, np.array([solution.unwrap().q for solution in found]), steps)
 
     def dynamics(self, motion: Motion, *, one_by_one: bool) -> Run:
         """Torques of a motion, along the path or state by state."""
         if not one_by_one:
-            begin = perf_counter()
+            begin = now()
             answer = pm.inverse_dynamics_path(
                 self.mech, motion.path, motion.rates, motion.accelerations, drive=motion.drive
             )
-            return Run(perf_counter() - begin, answer.torques)
+            return Run(now() - begin, answer.torques)
         found = []
-        begin = perf_counter()
+        begin = now()
         for state, v, a in zip(motion.states, motion.rates, motion.accelerations, strict=True):
             found.append(pm.inverse_dynamics(state, v, a, drive=motion.drive))
-        seconds = perf_counter() - begin
+        seconds = now() - begin
         return Run(seconds, np.array([list(r.torques.values()) for r in found]))

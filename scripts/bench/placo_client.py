@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import pinmech as pm
+from bench import clock
 from bench.cases import TOLERANCE, Case, Run, spherical_pairs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,6 +63,7 @@ class Worker:
             "urdf": str(urdf),
             "pairs": spherical_pairs(mech),
             "length": mech.length,
+            "clock": clock.used(),
             "names": list(mech.joints),
             "limits": {
                 name: [float(a), float(b)]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from time import perf_counter
 
 import numpy as np
 import pinocchio as pin
 
 import pinmech as pm
 from bench.cases import STEPS, TOLERANCE, Case, Motion, Run, spherical_pairs
+from bench.clock import now
 
 Array = np.ndarray
 
@@ -20,14 +20,14 @@ def along(case: Case, free: list[int], held: list[int], newton: Callable[[Array]
     """Solve a case pose by pose with ``newton(q)``, which works in place and counts its steps."""
     q, steps = case.start.copy(), 0
     answers = np.empty((len(case.values), len(q)))
-    begin = perf_counter()
+    begin = now()
     for k, values in enumerate(case.values):
         if case.restart:
             q[:] = case.start
         q[held] = values
         steps += newton(q)
         answers[k] = q
-    return Run(perf_counter() - begin, answers, steps / len(case.values))
+    return Run(now() - begin, answers, steps / len(case.values))
 
 
 class PlainFrames:
@@ -78,7 +78,7 @@ class PlainFrames:
         free = [k for k in range(model.nv) if k not in held]
         driven = [self.names.index(name) for name in motion.joints]
         answers = np.empty((len(motion.rates), len(driven)))
-        begin = perf_counter()
+        begin = now()
         rows = zip(motion.path.q, motion.rates, motion.accelerations, strict=True)
         for k, (q, rate, acceleration) in enumerate(rows):
             pin.computeJointJacobians(model, data, q)
@@ -106,7 +106,7 @@ class PlainFrames:
             a[free] -= np.linalg.solve(jacobian[:, free], drift)
             tau = pin.rnea(model, data, q, v, a)
             answers[k] = np.linalg.pinv(basis[driven].T) @ (basis.T @ tau)
-        return Run(perf_counter() - begin, answers)
+        return Run(now() - begin, answers)
 
 
 class PlainConstraints:
