@@ -10,7 +10,7 @@ import pinocchio as pin
 from scipy.linalg import lapack
 
 from pinmech.actuation.dynamics import drive_limits, inverse_dynamics, unbalanced_message
-from pinmech.actuation.loads import FRICTION_SPEED, Loads, loaded_model
+from pinmech.actuation.loads import Loads, loaded_model, sliding_directions
 from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
 from pinmech.errors import InputError, SingularError
 from pinmech.kinematics.rates import check_rates, inverse_jacobian
@@ -276,7 +276,7 @@ class _Lean:
         a[self.free] -= lapack.dgetrs(lu, pivots, gamma)[0]
         required = pin.rnea(self.model, self.data, q, v, a)
         if self.rubs:
-            required = required + self.dry * np.clip(v / FRICTION_SPEED, -1.0, 1.0)
+            required = required + self.dry * sliding_directions(v)
             required += self.damping * v
         if twist is not None:
             required = required - twist.T @ self.wrench

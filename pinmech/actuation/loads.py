@@ -13,9 +13,11 @@ from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 
-#: Speed at which Coulomb friction is fully developed [rad/s or m/s]; below, it grows linearly, so
-#: that the rounding noise of a joint that rests has no friction. At rest friction is taken as 0.
-FRICTION_SPEED = 1e-6
+#: A joint slower than this part of the fastest one counts as turning over: its Coulomb friction
+#: grows linearly there, so that rounding noise of a joint that rests has no friction.
+TURN_OVER = 1e-6
+#: Below this speed of the fastest joint [rad/s or m/s] the mechanism rests: friction is 0.
+REST = 1e-12
 
 
 def _tuple(values: object, shape: tuple[int, ...], what: str) -> tuple:
@@ -96,8 +98,17 @@ def loaded_model(mechanism: Mechanism, loads: Loads) -> pin.Model:
     return model
 
 
+def sliding_directions(v: Array) -> Array:
+    """(nv,) between -1 and 1: direction in which Coulomb friction acts against v (nv,)."""
+    fastest = max(v.max(), -v.min())
+    if not fastest > REST:
+        return np.zeros_like(v)
+    return np.clip(v / (TURN_OVER * fastest), -1.0, 1.0)
+
+
 def friction_forces(mechanism: Mechanism, v: Array) -> Array:
     """(nv,) joint forces [N·m or N] that friction and damping take at v (nv,), positive against
-    positive motion: Coulomb · clip(v / FRICTION_SPEED, -1, 1) + viscous · v."""
+    positive motion: Coulomb · direction + viscous · v. At rest friction is taken as 0, since
+    nothing determines it there."""
     model = mechanism.model
-    return model.upperDryFrictionLimit * np.clip(v / FRICTION_SPEED, -1.0, 1.0) + model.damping * v
+    return model.upperDryFrictionLimit * sliding_directions(v) + model.damping * v

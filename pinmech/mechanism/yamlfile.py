@@ -7,6 +7,7 @@ that knows on which line each entry stands.
 
 from __future__ import annotations
 
+import datetime
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import CollectionEndEvent, CollectionStartEvent
 
 from pinmech.errors import Fault, FileFaultsError, suggest
 
@@ -24,6 +26,7 @@ Location = tuple[str | int, ...]
 #: A description is a page long; a file beyond this is not one (and may be a YAML bomb).
 MAX_BYTES = 2_000_000
 MAX_NODES = 200_000
+MAX_DEPTH = 30
 
 
 @dataclass(frozen=True)
@@ -77,18 +80,22 @@ def _plain(node: Any, budget: list[int]) -> Any:
     for kind in (int, float, str):
         if isinstance(node, kind):
             return kind(node)
-    return str(node)
+    if isinstance(node, datetime.date):
+        return str(node)  # YAML 1.2 has no dates: text that looks like one
+    raise YAMLError(f"a {type(node).__name__} may not stand in such a file")
 
 
 def read_text(path: Path, error: type[FileFaultsError]) -> str:
     """The text of a file (UTF-8, with or without a byte-order mark); faults raise ``error``."""
     try:
-        raw = path.read_bytes()
-    except OSError as cause:
-        reason = cause.strerror or type(cause).__name__
+        with path.open("rb") as stream:
+            raw = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as cause:  # ValueError: the path holds a null character
+        reason = getattr(cause, "strerror", None) or str(cause)
         raise error(path, [Fault(str(path), f"cannot be read: {reason}")]) from None
     if len(raw) > MAX_BYTES:
-        raise error(path, [Fault(str(path), f"{len(raw)} bytes: too large for such a file")])
+        message = f"more than {MAX_BYTES} bytes: too large for such a file"
+        raise error(path, [Fault(str(path), message)])
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as cause:
@@ -98,10 +105,11 @@ def read_text(path: Path, error: type[FileFaultsError]) -> str:
 
 def parse(text: str, label: str, path: object, error: type[FileFaultsError]) -> Document:
     """Parse YAML text; a syntax fault raises ``error`` with its line."""
-    yaml = YAML(typ="rt", pure=True)
-    yaml.version = (1, 2)
     try:
-        nodes = yaml.load(text)
+        faults = _unsafe(text, label)
+        if faults:
+            raise error(path, faults)
+        nodes = _yaml().load(text)
         data = _plain(nodes, [MAX_NODES])
     except MarkedYAMLError as cause:
         mark = cause.problem_mark or cause.context_mark
@@ -115,6 +123,32 @@ def parse(text: str, label: str, path: object, error: type[FileFaultsError]) -> 
         kind = "empty" if data is None else f"a {type(data).__name__}"
         raise error(path, [Fault(f"{label}:1", f"must be a mapping of keys to values, is {kind}")])
     return Document(label, data, nodes)
+
+
+def _yaml() -> YAML:
+    yaml = YAML(typ="rt", pure=True)
+    yaml.version = (1, 2)
+    return yaml
+
+
+def _unsafe(text: str, label: str) -> list[Fault]:
+    """Tags and nesting without end, found before anything is built from the text."""
+    faults, depth = [], 0
+    for event in _yaml().parse(text):
+        line = event.start_mark.line + 1
+        if isinstance(event, CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, CollectionEndEvent):
+            depth -= 1
+        if depth > MAX_DEPTH:
+            faults.append(Fault(f"{label}:{line}", f"nested more than {MAX_DEPTH} levels deep"))
+            break
+        tag = getattr(event, "tag", None)
+        if tag is not None:
+            shown = str(tag).replace("tag:yaml.org,2002:", "!!")
+            message = f"the tag {shown} is not allowed; write the plain value"
+            faults.append(Fault(f"{label}:{line}", message))
+    return faults
 
 
 def structural_faults(document: Document, model: type[BaseModel]) -> list[Fault]:
@@ -137,13 +171,23 @@ def _fault(document: Document, model: type[BaseModel], item: dict[str, Any]) -> 
         message = f"key {location[-1]!r} is missing"
     elif kind == "finite_number":
         message = f"must be a finite number, is {value!r}"
-    elif location and location[-1] == "[key]":
-        message = f"key {value!r} must be text: put it in quotes"
-        location = location[:-1]
+    elif kind in ("string_type", "invalid_key") and not isinstance(value, str):
+        if kind == "invalid_key" or (location and location[-1] == "[key]"):
+            message = f"key {value!r} must be text: put it in quotes"
+            location = location[:-1]
+        else:
+            message = f"must be text, is {_shown(value)}; put it in quotes if it is meant so"
     else:
-        shown = repr(value) if not isinstance(value, dict | list) else type(value).__name__
-        message = f"{message[0].lower()}{message[1:]}, found {shown[:80]}"
+        if location and location[-1] == "[key]":
+            location = location[:-1]
+        message = f"{message[0].lower()}{message[1:]}, found {_shown(value)}"
     return Fault(document.place(location), message)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict | list):
+        return type(value).__name__
+    return repr(value)[:80]
 
 
 def _keys_beside(model: type[BaseModel], location: Location) -> list[str]:
@@ -184,4 +228,9 @@ def salvage(model: type[BaseModel], value: Any) -> Any | None:
 
 def is_finite(value: Any) -> bool:
     """True for a finite int or float that is not a bool."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an int beyond the largest float
+        return False

@@ -30,10 +30,11 @@ _KINDS = {
 
 def shown(value: float, *, angular: bool) -> tuple[str, str]:
     """Number and unit of a value in rad or m: deg or mm."""
+    unit = "deg" if angular else "mm"
     if math.isinf(value):
-        return "none", ""
+        return "no limit", unit
     scaled = math.degrees(value) if angular else 1e3 * value
-    return f"{round(scaled, 4) + 0.0:.4f}", "deg" if angular else "mm"
+    return f"{round(scaled, 4) + 0.0:.4f}", unit
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[int]) -> Table:
@@ -68,8 +69,8 @@ def print_info(mechanism: Mechanism, to: Console) -> None:
         if text:
             print_line(to, f"{name + ':':<20}{text}")
     to.print()
-    to.print(table(("actuator", "joint", "from", "to", "", "effort", "speed"), _actuators(mechanism),
-                   (2, 3, 5, 6)))  # fmt: skip
+    headings = ("actuator", "joint", "range", "effort", "speed")
+    to.print(table(headings, _actuators(mechanism), (3, 4)))
     to.print()
     rows = [
         (name, loop.type, " – ".join(frame.label for frame in loop.frames))
@@ -89,8 +90,9 @@ def _actuators(mechanism: Mechanism) -> list[tuple[str, ...]]:
     for name, a in mechanism.actuators.items():
         ends = np.array([mechanism.lower[a.coordinate], mechanism.upper[a.coordinate]])
         low, high = sorted((a.scale * ends + a.offset).tolist())
-        first, unit = shown(low, angular=not a.prismatic)
-        last, other = shown(high, angular=not a.prismatic)
+        first, _ = shown(low, angular=not a.prismatic)
+        last, unit = shown(high, angular=not a.prismatic)
+        span = f"{first} .. {last} {unit}" if np.isfinite(ends).any() else "no limit"
         effort = f"{a.effort:.4g} {'N' if a.prismatic else 'N·m'}"
         scale, speed_unit = (1e3, "mm/s") if a.prismatic else (180.0 / math.pi, "deg/s")
         speed = f"{scale * a.velocity:.4g} {speed_unit}"
@@ -98,9 +100,7 @@ def _actuators(mechanism: Mechanism) -> list[tuple[str, ...]]:
             (
                 name,
                 a.joint,
-                first,
-                last,
-                unit or other,
+                span,
                 effort if math.isfinite(a.effort) else "no limit",
                 speed if math.isfinite(a.velocity) else "no limit",
             )
@@ -143,13 +143,14 @@ def print_singularity(state: ClosedState, found: Singularity, to: Console) -> No
     drive = f"drive {found.drive} ({', '.join(mechanism.drive(found.drive))})"
     print_line(to, f"{mechanism.name} at {describe(mechanism, values)}, {drive}", "bold")
     rows = [
-        (label, f"{getattr(found, kind):.3e}", "singular" if kind in found.kinds else "no")
+        (label, f"{getattr(found, kind):.3e}", "singular" if kind in found.kinds else "regular")
         for kind, label in _KINDS.items()
     ]
-    to.print(table(("kind", "distance", f"up to {found.tolerance:g}: singular"), rows, (1,)))
+    to.print(table(("kind", "distance", ""), rows, (1,)))
     for kind in sorted(found.kinds - set(_KINDS)):
         print_line(to, f"also singular: {kind}")
-    print_line(to, "distances are scaled smallest singular values (dimensionless)", "dim")
+    text = f"distance: scaled smallest singular value; up to {found.tolerance:g} it is singular"
+    print_line(to, text, "dim")
     to.print()
     for text in direction_lines(state, found):
         print_line(to, text)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pinmech.actuation.case import Case
+from pinmech.actuation.case import Case, load_case_file
 from pinmech.actuation.sizing import size_actuators
 from pinmech.actuation.sizing_table import SizingTable
-from pinmech.errors import MissingExtraError
+from pinmech.errors import InputError, MissingExtraError
 from pinmech.show.plots import save_torque_plots
 from pinmech.show.tables import print_table
 
@@ -72,11 +72,24 @@ def write_report(table: SizingTable, folder: str | Path) -> list[Path]:
 def report(case: Case | str | Path, folder: str | Path, to: Console) -> SizingTable:
     """Size a case with a progress bar, print the tables, write the files, name them.
 
+    Beside the tables lies a page that shows the first load case in meshcat.
+
     Raises:
         MissingExtraError, PinmechError, OSError: as for the steps above.
     """
+    from pinmech.show.pages import write_case_page
+
+    if not isinstance(case, Case):
+        case = load_case_file(case)
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)  # before the work, not after it
     table = size_with_bar(case, to)
     print_table(table, to)
-    for path in write_report(table, folder):
+    files = write_report(table, folder)
+    try:
+        files.append(write_case_page(case, folder))
+    except InputError as error:  # no pose can be reached: the table says so too
+        to.print(f"no page to look at: {error}", highlight=False, markup=False, soft_wrap=True)
+    for path in files:
         to.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
     return table

@@ -463,18 +463,31 @@ def preload_direction(
 # ---------------------------------------------------------------------------- forward position
 
 
-def _linear_in_beta(dim: Dimensions, theta: float, arm: int, alpha: Array) -> tuple[Array, ...]:
-    """a, b, e of F = a(alpha) + b cos beta + e(alpha) sin beta for one arm, crank given [m^2]."""
-    x, y = dim.r * _RADIAL[arm, :2]
-    d = dim.R * _RADIAL[arm] + dim.l1 * (math.cos(theta) * _RADIAL[arm] + math.sin(theta) * _UP)
-    d = d - platform_centre(dim)
-    const = dim.r**2 + float(d @ d) - dim.l2**2
-    ca, sa = np.cos(alpha), np.sin(alpha)
-    return (
-        const - 2.0 * y * (d[1] * ca + d[2] * sa),
-        np.full_like(ca, -2.0 * x * d[0]),
-        -2.0 * x * (d[1] * sa - d[2] * ca),
-    )
+class _Curve(NamedTuple):
+    """F of one arm with its crank given, as a function of the pose [m^2].
+
+    F = k + c1 cos(alpha) + s1 sin(alpha) + b cos(beta) + (c2 cos(alpha) + s2 sin(alpha)) sin(beta).
+    """
+
+    k: float
+    c1: float
+    s1: float
+    b: float
+    c2: float
+    s2: float
+
+    def linear(self, ca: Array, sa: Array) -> tuple[Array, float, Array]:
+        """a, b, e of F = a + b cos(beta) + e sin(beta) at given alpha."""
+        return self.k + self.c1 * ca + self.s1 * sa, self.b, self.c2 * ca + self.s2 * sa
+
+
+def _curve(dim: Dimensions, theta: float, arm: int) -> _Curve:
+    """From |B - C|^2 = r^2 + |d|^2 - 2 d . (B - O1) with d = C - O1; (8), (9) for arm 1."""
+    x, y = (float(v) for v in dim.r * _RADIAL[arm, :2])
+    d = crank_points(dim, np.full(3, theta))[arm] - platform_centre(dim)
+    d1, d2, d3 = (float(v) for v in d)
+    const = dim.r**2 + d1**2 + d2**2 + d3**2 - dim.l2**2
+    return _Curve(const, -2.0 * y * d2, -2.0 * y * d3, -2.0 * x * d1, 2.0 * x * d3, -2.0 * x * d2)
 
 
 def eliminant(
@@ -487,8 +500,9 @@ def eliminant(
     the sum of squares is one: (a2 e1 - a1 e2)^2 + (b2 a1 - b1 a2)^2 - D^2 = 0.
     """
     al = np.asarray(alpha, dtype=float)
-    a1, b1, e1 = _linear_in_beta(dim, theta_a, arms[0], al)
-    a2, b2, e2 = _linear_in_beta(dim, theta_b, arms[1], al)
+    ca, sa = np.cos(al), np.sin(al)
+    a1, b1, e1 = _curve(dim, theta_a, arms[0]).linear(ca, sa)
+    a2, b2, e2 = _curve(dim, theta_b, arms[1]).linear(ca, sa)
     return (a2 * e1 - a1 * e2) ** 2 + (b2 * a1 - b1 * a2) ** 2 - (b1 * e2 - b2 * e1) ** 2
 
 
@@ -505,41 +519,34 @@ def forward_all(
     closes. Solutions closer than 1e-6 rad to each other (tangent curves) count once. The only
     case outside the proof is an eliminant that vanishes identically (a finite self-motion).
     """
-    first, second = arms
     n = 16
-    grid = 2.0 * math.pi * np.arange(n) / n
-    values = eliminant(dim, theta_a, theta_b, grid, arms)
+    values = eliminant(dim, theta_a, theta_b, 2.0 * math.pi * np.arange(n) / n, arms)
     size = float(np.abs(values).max())
     if size == 0.0:
         raise ValueError("the two arms share a curve of poses")
     coefficient = np.fft.fft(values / size) / n  # of exp(i k alpha), k = 0..4 and -4..-1 mod n
-    polynomial = [coefficient[k % n] for k in range(4, -5, -1)]  # descending powers of z, times z^4
-    roots = np.roots(polynomial)
-    found: list[Array] = []
+    roots = np.roots([coefficient[k % n] for k in range(4, -5, -1)])  # descending powers of z
+    curves = (_curve(dim, theta_a, arms[0]), _curve(dim, theta_b, arms[1]))
+    found: list[tuple[float, float]] = []
     for z in roots:
-        if z == 0.0 or abs(math.log(abs(z))) > 0.05:
+        # a root on the circle comes out off it by rounding: sqrt(eps) if double, more if worse
+        if not 0.95 < abs(z) < 1.05:
             continue
         alpha = math.atan2(z.imag, z.real)
-        for beta in _betas(dim, theta_a, theta_b, alpha, (first, second)):
-            x = _polish(dim, theta_a, theta_b, np.array([alpha, beta]), (first, second))
+        for beta in _betas(curves, alpha):
+            x = _polish(curves, alpha, beta, tolerance=1e-12 * dim.l2**2)
             if x is None:
                 continue
-            x = wrap(x)
-            if all(np.abs(wrap(x - y)).max() > 1e-6 for y in found):
+            x = (float(wrap(x[0])), float(wrap(x[1])))
+            if all(np.abs(wrap(np.subtract(x, y))).max() > 1e-6 for y in found):
                 found.append(x)
-    found.sort(key=lambda y: (float(y[0]), float(y[1])))
-    return np.array(found).reshape(-1, 2)
+    return np.array(sorted(found), dtype=float).reshape(-1, 2)
 
 
-def _betas(
-    dim: Dimensions, theta_a: float, theta_b: float, alpha: float, arms: tuple[int, int]
-) -> list[float]:
+def _betas(curves: tuple[_Curve, _Curve], alpha: float) -> list[float]:
     """Candidate beta for one alpha: the common one, and both of each arm (Newton sorts them)."""
-    al = np.asarray(alpha)
-    rows = [
-        [float(v) for v in _linear_in_beta(dim, t, k, al)]
-        for t, k in zip((theta_a, theta_b), arms, strict=True)
-    ]
+    ca, sa = math.cos(alpha), math.sin(alpha)
+    rows = [(c.k + c.c1 * ca + c.s1 * sa, c.b, c.c2 * ca + c.s2 * sa) for c in curves]
     (a1, b1, e1), (a2, b2, e2) = rows
     d = b1 * e2 - b2 * e1
     out = [math.atan2((b2 * a1 - b1 * a2) * d, (a2 * e1 - a1 * e2) * d)]
@@ -551,38 +558,37 @@ def _betas(
     return out
 
 
-def _pair_values(
-    dim: Dimensions, theta_a: float, theta_b: float, x: Array, arms: tuple[int, int]
-) -> tuple[Array, Array]:
-    theta = np.zeros(3)
-    theta[list(arms)] = theta_a, theta_b
-    f = closure(dim, x[0], x[1], theta)[list(arms)]
-    jac = jacobians(dim, x[0], x[1], theta)
-    return f, np.stack([jac.alpha[list(arms)], jac.beta[list(arms)]], axis=-1)
-
-
 def _polish(
-    dim: Dimensions, theta_a: float, theta_b: float, x: Array, arms: tuple[int, int]
-) -> Array | None:
-    """Newton from a candidate; None if it does not close or wanders off the candidate."""
-    start = x
-    scale = dim.l2**2
-    f, jac = _pair_values(dim, theta_a, theta_b, x, arms)
-    for _ in range(60):
-        if np.abs(f).max() < 1e-16 * scale:
+    curves: tuple[_Curve, _Curve], alpha: float, beta: float, tolerance: float
+) -> tuple[float, float] | None:
+    """Damped Newton from a candidate; None if it does not close within 0.3 rad of it."""
+    x, y = alpha, beta
+    last = math.inf
+    for _ in range(50):
+        ca, sa, cb, sb = math.cos(x), math.sin(x), math.cos(y), math.sin(y)
+        f, fx, fy = [], [], []
+        for c in curves:
+            e = c.c2 * ca + c.s2 * sa
+            f.append(c.k + c.c1 * ca + c.s1 * sa + c.b * cb + e * sb)
+            fx.append(c.s1 * ca - c.c1 * sa + (c.s2 * ca - c.c2 * sa) * sb)
+            fy.append(e * cb - c.b * sb)
+        size = max(abs(f[0]), abs(f[1]))
+        if size < 1e-4 * tolerance or (size < tolerance and size >= 0.5 * last):
             break
-        step = np.linalg.lstsq(jac, f, rcond=1e-13)[0]
-        length = float(np.abs(step).max())
-        if length > 0.2:
-            step = step * (0.2 / length)
-        trial = x - step
-        f_new, jac_new = _pair_values(dim, theta_a, theta_b, trial, arms)
-        if np.abs(f_new).max() >= np.abs(f).max() and np.abs(f).max() < 1e-13 * scale:
+        last = size
+        # least-norm step, with a trace of damping for the double root
+        p, q, s = fx[0] ** 2 + fy[0] ** 2, fx[0] * fx[1] + fy[0] * fy[1], fx[1] ** 2 + fy[1] ** 2
+        p, s = p + 1e-15 * (p + s), s + 1e-15 * (p + s)
+        det = p * s - q * q
+        if det == 0.0:
             break
-        x, f, jac = trial, f_new, jac_new
-        if np.abs(x - start).max() > 0.5:
+        u, v = (s * f[0] - q * f[1]) / det, (p * f[1] - q * f[0]) / det
+        dx, dy = fx[0] * u + fx[1] * v, fy[0] * u + fy[1] * v
+        shrink = min(1.0, 0.1 / max(abs(dx), abs(dy), 1e-300))
+        x, y = x - shrink * dx, y - shrink * dy
+        if max(abs(x - alpha), abs(y - beta)) > 0.3:
             return None
-    return x if np.abs(f).max() < 1e-12 * scale else None
+    return (x, y) if size < tolerance else None
 
 
 # ---------------------------------------------------------------------- clearance of the C joints

@@ -1,0 +1,290 @@
+"""The commands."""
+
+from __future__ import annotations
+
+import json
+import sys
+import webbrowser
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import pinmech as pm
+from pinmech.cli import values as typed
+from pinmech.errors import InputError
+from pinmech.kinematics.solution import Solution
+from pinmech.kinematics.state import ClosedState
+from pinmech.mechanism.loading import find_description, read_file
+from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.spec import json_schema
+from pinmech.show import console as show
+from pinmech.show import records
+from pinmech.show.tables import console
+
+app = typer.Typer(
+    name="pinmech",
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Name = Annotated[
+    str, typer.Argument(metavar="NAME", help="A built-in mechanism, or a description file.")
+]
+Outputs = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="OUTPUT=VALUE...", help="Outputs in deg or mm, or as 0.1rad, 0.012m."),
+]
+Modes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mode",
+        metavar="LIMB=SIGN",
+        help="Working mode of a limb: 1 as at home, -1 the other one. May be repeated.",
+    ),
+]
+NoLimits = Annotated[bool, typer.Option("--no-limits", help="Leave joint limits out of account.")]
+Joints = Annotated[bool, typer.Option("--joints", help="List all joints, passive ones too.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print JSON instead: SI units and radians, all digits.")
+]
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    """Closed-loop pointing and orienting mechanisms, from the drawing to the actuator table.
+
+    Angles are in degrees and lengths in mm, typed and printed, unless you type
+    a unit: alpha=10, alpha=0.1rad, z=12mm, z=0.012m. With --json all is in SI
+    units and radians.
+
+    \b
+    [bold]Examples[/bold]
+      pinmech list
+      pinmech info antenna_3rsu
+      pinmech inverse antenna_3rsu alpha=10 beta=5
+      pinmech forward antenna_3rsu arm1=30 arm2=60
+      pinmech singularity antenna_3rsu alpha=10 beta=5 --drive 12
+      pinmech size antenna_relay --out out
+      pinmech view antenna_3rsu alpha=10 beta=5 --out page.html
+
+    \b
+    [bold]Exit codes[/bold]
+      0  done
+      1  there is no answer: out of reach, beyond a limit, singular
+      2  the input cannot be used; the message says what to change
+    """
+    if version:
+        sys.stdout.write(f"pinmech {pm.__version__}\n")
+        raise typer.Exit
+
+
+@app.command("list")
+def list_command(as_json: Json = False) -> None:
+    """List the built-in mechanisms."""
+    titles = {n: read_file(find_description(n)).mechanism.title for n in pm.mechanisms()}
+    if as_json:
+        _print_json([{"name": name, "title": title} for name, title in titles.items()])
+    else:
+        console().print(show.table(("name", "title"), titles.items(), ()))
+
+
+@app.command()
+def info(name: Name, as_json: Json = False) -> None:
+    """Say what a mechanism is: outputs, actuators, drives, loops, limbs, home."""
+    mechanism = pm.load(name)
+    if as_json:
+        _print_json(records.info_record(mechanism))
+    else:
+        show.print_info(mechanism, console())
+
+
+@app.command()
+def inverse(
+    name: Name,
+    outputs: Outputs = None,
+    mode: Modes = None,
+    no_limits: NoLimits = False,
+    joints: Joints = False,
+    as_json: Json = False,
+) -> None:
+    """Inverse kinematics: the actuator values at given outputs.
+
+    The answer is in the working mode of the home pose unless --mode says otherwise.
+
+    \b
+    pinmech inverse antenna_3rsu alpha=10 beta=5
+    pinmech inverse antenna_3rsu alpha=0.4rad beta=-12.6 --mode arm1=-1
+    """
+    mechanism = pm.load(name)
+    target = _outputs(mechanism, outputs)
+    solution = pm.inverse(mechanism, target, mode=_modes(mode), limits=not no_limits)
+    _report(mechanism, solution, joints=joints, as_json=as_json)
+
+
+@app.command()
+def forward(
+    name: Name,
+    actuators: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="ACTUATOR=VALUE...", help="Values in deg or mm, or as 0.1rad."),
+    ] = None,
+    no_limits: NoLimits = False,
+    joints: Joints = False,
+    as_json: Json = False,
+) -> None:
+    """Forward kinematics: the outputs at given actuator values.
+
+    Give any actuators that determine the pose, or more, if they agree. The answer is the pose
+    that the mechanism reaches from home when the actuators move there in a straight line.
+
+    \b
+    pinmech forward antenna_3rsu arm1=30 arm2=60
+    """
+    mechanism = pm.load(name)
+    angular = {n: not a.prismatic for n, a in mechanism.actuators.items()}
+    given = typed.quantities(actuators or [], angular, "actuator")
+    solution = pm.forward(mechanism, given, limits=not no_limits)
+    _report(mechanism, solution, joints=joints, as_json=as_json)
+
+
+@app.command()
+def singularity(
+    name: Name,
+    outputs: Outputs = None,
+    drive: Annotated[
+        str | None,
+        typer.Option("--drive", metavar="DRIVE", help="A drive of the mechanism; see info."),
+    ] = None,
+    mode: Modes = None,
+    no_limits: NoLimits = False,
+    as_json: Json = False,
+) -> None:
+    """Which singularities a pose is at, or how near: kinds, distances, directions.
+
+    Without outputs: at home. Without --drive: the drive with the most actuators.
+
+    \b
+    pinmech singularity antenna_3rsu alpha=10 beta=5 --drive 12
+    """
+    mechanism = pm.load(name)
+    mechanism.drive(drive)
+    state = _pose(mechanism, outputs, mode, no_limits)
+    found = pm.singularity(state, drive=drive)
+    if as_json:
+        _print_json(records.singularity_record(state, found))
+    else:
+        show.print_singularity(state, found, console())
+
+
+@app.command()
+def size(
+    case: Annotated[
+        str, typer.Argument(metavar="CASE", help="A case file, or the name of a built-in case.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the files; made if need be.")
+    ] = Path("out"),
+) -> None:
+    """Torque and actuator sizing table of a case: torques, speeds, power, work.
+
+    Prints the tables; writes them as CSV, Markdown and HTML, with plots of the torques and a page
+    that shows the mechanism in motion.
+
+    \b
+    pinmech size antenna_relay
+    pinmech size scripts/cases/antenna_relay.yaml --out out/relay
+    """
+    from pinmech.show.reports import report
+
+    report(case, out, console())
+
+
+@app.command()
+def view(
+    name: Name,
+    outputs: Outputs = None,
+    trajectory: Annotated[
+        Path | None,
+        typer.Option("--trajectory", metavar="CSV", help="Follow this file: time, then outputs."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="HTML", help="The page; default NAME.html.")
+    ] = None,
+    show_it: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
+    mode: Modes = None,
+    no_limits: NoLimits = False,
+) -> None:
+    """Write a page that shows the mechanism in 3D; it works offline.
+
+    At home, at given outputs, or following a trajectory file.
+
+    \b
+    pinmech view antenna_3rsu
+    pinmech view antenna_3rsu alpha=10 beta=5 --out page.html --open
+    pinmech view antenna_3rsu --trajectory scripts/trajectories/relay_iss.csv
+    """
+    from pinmech.show.pages import view_trajectory
+
+    mechanism = pm.load(name)
+    if trajectory is None:
+        viewer = pm.view(_pose(mechanism, outputs, mode, no_limits))
+    elif outputs:
+        raise InputError("give either outputs or --trajectory, not both")
+    else:
+        viewer = view_trajectory(mechanism, trajectory, mode=_modes(mode), limits=not no_limits)
+    for note in viewer.notes:
+        sys.stderr.write(f"pinmech: {note}\n")
+    page = viewer.write_html(out or Path(f"{mechanism.name}.html"))
+    sys.stdout.write(f"wrote {page}\n")
+    if show_it:
+        webbrowser.open(page.resolve().as_uri(), new=2)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of a description file, for editors.
+
+    \b
+    pinmech schema > mechanism.schema.json
+    """
+    _print_json(json_schema())
+
+
+def _outputs(mechanism: Mechanism, texts: list[str] | None) -> dict[str, float]:
+    angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
+    return typed.quantities(texts or [], angular, "output")
+
+
+def _modes(texts: list[str] | None) -> dict[str, int] | None:
+    return typed.modes(texts or [])
+
+
+def _pose(
+    mechanism: Mechanism, outputs: list[str] | None, mode: list[str] | None, no_limits: bool
+) -> ClosedState:
+    """The state at given outputs; home when nothing is given."""
+    signs = _modes(mode)
+    target = _outputs(mechanism, outputs)
+    if not target:
+        if signs is None:
+            return mechanism.home
+        target = dict(mechanism.home.outputs)
+    return pm.inverse(mechanism, target, mode=signs, limits=not no_limits).unwrap()
+
+
+def _report(mechanism: Mechanism, solution: Solution, *, joints: bool, as_json: bool) -> None:
+    if as_json:
+        _print_json(records.solution_record(mechanism, solution))
+    state = solution.unwrap()
+    if not as_json:
+        assert state is solution.state
+        show.print_solution(solution, console(), joints=joints)
+
+
+def _print_json(data: Any) -> None:
+    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")

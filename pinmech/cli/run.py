@@ -1,0 +1,60 @@
+"""Run a command: one message for a person in place of a traceback, and the exit code."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+import typer
+
+from pinmech.cli.app import app
+from pinmech.errors import PinmechError, SingularError, SolveError
+
+#: Typer brings a click of its own or uses the installed one; its root of usage errors is here.
+_UsageError = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+
+NO_ANSWER, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code.
+
+    Args:
+        arguments: without the program's name; None: those of the process.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot show a degree sign shows a question mark.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    try:
+        code = app(given or ["--help"], prog_name="pinmech", standalone_mode=False)
+        sys.stdout.flush()
+    except (SolveError, SingularError) as error:
+        return _tell(str(error), NO_ANSWER)
+    except PinmechError as error:
+        return _tell(str(error), BAD_INPUT)
+    except _UsageError as error:  # type: ignore[misc]
+        return _tell(_usage(error), BAD_INPUT)
+    except BrokenPipeError:
+        sys.stdout = None  # type: ignore[assignment]
+        return NO_ANSWER
+    except OSError as error:
+        return _tell(f"{error.filename or 'file'}: {error.strerror or error}", BAD_INPUT)
+    except (KeyboardInterrupt, typer.Abort):
+        return _tell("interrupted", INTERRUPTED)
+    if code == INTERRUPTED:  # newer versions of typer catch the interrupt themselves
+        return _tell("interrupted", INTERRUPTED)
+    return code if isinstance(code, int) else 0
+
+
+def _tell(message: str, code: int) -> int:
+    sys.stderr.write(f"pinmech: {message}\n")
+    return code
+
+
+def _usage(error: Exception) -> str:
+    text = error.format_message().rstrip(".")  # type: ignore[attr-defined]
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context is not None else "pinmech"
+    return f"{text}; see {command} --help"
