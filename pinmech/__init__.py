@@ -19,6 +19,7 @@ from pinmech import errors
 from pinmech.actuation.dynamics import InverseDynamics, forward_dynamics, inverse_dynamics
 from pinmech.actuation.dynamics_path import DynamicsPath, inverse_dynamics_path
 from pinmech.actuation.loads import Loads, Payload
+from pinmech.analysis.collision import Collision, collisions
 from pinmech.analysis.mobility import Mobility, mobility
 from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
 from pinmech.analysis.singularity import Singularity, singularity
@@ -76,6 +77,7 @@ def __dir__() -> list[str]:
 
 __all__ = [
     "ClosedState",
+    "Collision",
     "DynamicsPath",
     "InverseDynamics",
     "LimbScrews",
@@ -94,6 +96,7 @@ __all__ = [
     "Trajectory",
     "acceleration",
     "closure_jacobian",
+    "collisions",
     "designs",
     "errors",
     "forward",

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, FiniteFloat, Tag
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, FiniteFloat, Tag
+from pydantic_core import PydanticCustomError
 
 ClosureType = Literal[
     "spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "fixed"
@@ -19,7 +20,16 @@ OutputKind = Literal["joints", "orientation", "translation", "pose"]
 OUTPUT_COUNT: dict[str, int] = {"orientation": 3, "translation": 3, "pose": 6}
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
-Vector3 = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
+#: No length [m] or angle [rad] is larger; what is would overflow on the way through the solver.
+LARGEST = 1e9
+Number = Annotated[FiniteFloat, Field(ge=-LARGEST, le=LARGEST)]
+Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+def _whole(value: Any) -> Any:
+    if isinstance(value, bool | float):  # True == 1.0 == 1, but neither is a version
+        raise PydanticCustomError("literal_error", "Input should be 1")
+    return value
 
 
 class _Strict(BaseModel):
@@ -61,8 +71,8 @@ class ActuatorSpec(_Strict):
 
     name: Name
     joint: Name
-    scale: FiniteFloat = 1.0
-    offset: FiniteFloat = 0.0
+    scale: Number = 1.0
+    offset: Number = 0.0
 
 
 class OutputsSpec(_Strict):
@@ -75,7 +85,9 @@ class OutputsSpec(_Strict):
 class Description(_Strict):
     """A whole description file."""
 
-    schema_version: Literal[1] = Field(alias="schema", description="version of this format")
+    schema_version: Annotated[Literal[1], BeforeValidator(_whole)] = Field(
+        alias="schema", description="version of this format"
+    )
     name: Name
     title: str = ""
     source: str = Field(default="", description="where the mechanism is published, e.g. doi:...")
@@ -87,10 +99,10 @@ class Description(_Strict):
     drives: dict[Name, Annotated[list[Name], Field(min_length=1)]] | None = Field(
         default=None, description='named subsets of the actuators; left out: one drive, "all"'
     )
-    home: dict[Name, FiniteFloat] = Field(
+    home: dict[Name, Number] = Field(
         default={}, description="joint values [rad or m] from which the home state is assembled"
     )
-    length: Annotated[FiniteFloat, Field(gt=0)] | None = Field(
+    length: Annotated[FiniteFloat, Field(gt=0, le=LARGEST)] | None = Field(
         default=None, description="characteristic length [m]; left out: from the closure frames"
     )
 

@@ -1,13 +1,16 @@
 """Reading and checking a URDF before Pinocchio sees it.
 
 Pinocchio reads ``continuous`` joints with two coordinates (cos, sin), a joint without limits as
-limited to 0..0, and ignores ``mimic``. Here every moving joint has one coordinate (nq = nv), a
-missing limit means no limit, and what cannot be represented is a fault with its line.
+limited to 0..0, and ignores ``mimic``. Its URDF parser refuses a revolute joint without ``<limit>``
+and drops a whole ``<inertial>`` with a message on stderr alone where a number is not spelled to its
+taste. Here every moving joint has one coordinate (nq = nv), a missing limit means no limit, every
+number is written anew, and what cannot be represented is a fault with its line.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -18,6 +21,19 @@ from pinmech.errors import Fault
 
 MOVING = ("revolute", "continuous", "prismatic")
 SUPPORTED = (*MOVING, "fixed")
+
+#: A number as both Python and Pinocchio's parser read it (float() also takes 1_0 and other digits).
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+#: Nothing in a mechanism [m, rad, kg, kg·m²] is larger; limits may be.
+_LARGEST = 1e9
+#: Shape -> its numeric attributes and how many numbers each holds.
+_SHAPES = {
+    "box": {"size": 3},
+    "sphere": {"radius": 1},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "mesh": {"scale": 3},
+}
 
 
 @dataclass(frozen=True)
@@ -38,18 +54,20 @@ class Urdf:
     """A checked URDF.
 
     Attributes:
-        text: the XML with ``continuous`` rewritten as ``revolute`` (see the module's note).
+        text: the XML as Pinocchio shall read it (see the module's note).
         links: link names.
         joints: joint name -> :class:`UrdfJoint`.
+        mass: sum of the masses of all links [kg].
     """
 
     text: str
     links: tuple[str, ...]
     joints: dict[str, UrdfJoint]
+    mass: float
 
     def moving(self) -> list[str]:
-        """Names of the joints that move, in the order of the file."""
-        return [joint.name for joint in self.joints.values() if joint.type in MOVING]
+        """Names of the joints that move (also in ways not supported), in the order of the file."""
+        return [joint.name for joint in self.joints.values() if joint.type != "fixed"]
 
 
 @dataclass
@@ -62,23 +80,30 @@ class _Reader:
         where = self.label if element is None else f"{self.label}:{element.sourceline}"
         self.faults.append(Fault(where, message))
 
-    def numbers(self, element: etree._Element, key: str, count: int) -> list[float] | None:
-        """``count`` finite numbers of an attribute; a fault and None when they are not that."""
+    def numbers(
+        self, element: etree._Element, key: str, count: int, largest: float = _LARGEST
+    ) -> list[float] | None:
+        """``count`` finite numbers of an attribute, which is written anew in plain form; a fault
+        and None when they are not that."""
         text = element.get(key)
         if text is None:
             return None
-        try:
-            values = [float(part) for part in text.split()]
-        except ValueError:
-            values = []
-        if len(values) != count or not all(math.isfinite(value) for value in values):
+        parts = text.split()
+        values = [float(part) for part in parts if _NUMBER.fullmatch(part)]
+        if not len(values) == len(parts) == count or not all(map(math.isfinite, values)):
             what = "a finite number" if count == 1 else f"{count} finite numbers"
             self.fault(element, f"<{element.tag} {key}={text!r}> must be {what}")
             return None
+        if max(map(abs, values)) > largest:
+            self.fault(element, f"<{element.tag} {key}={text!r}> is beyond {largest:g}")
+            return None
+        element.set(key, " ".join(map(repr, values)))
         return values
 
-    def number(self, element: etree._Element | None, key: str) -> float | None:
-        values = None if element is None else self.numbers(element, key, 1)
+    def number(
+        self, element: etree._Element | None, key: str, largest: float = _LARGEST
+    ) -> float | None:
+        values = None if element is None else self.numbers(element, key, 1, largest)
         return None if values is None else values[0]
 
 
@@ -91,9 +116,11 @@ def read_urdf(text: str, label: str, folder: Path | None) -> tuple[Urdf | None, 
         folder: the URDF's folder, which mesh paths may not leave; None when there is none.
     """
     reader = _Reader(label, folder)
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True
+    )
     try:
-        root = etree.fromstring(text.encode("utf-8"), parser)
+        root = etree.fromstring(text.encode("utf-8", "surrogatepass"), parser)
     except etree.XMLSyntaxError as cause:
         line = (cause.position or (1, 0))[0]
         message = f"not valid XML: {cause.msg}"
@@ -103,17 +130,27 @@ def read_urdf(text: str, label: str, folder: Path | None) -> tuple[Urdf | None, 
     masses = _read_links(reader, root)
     joints = _read_joints(reader, root, masses)
     _check_tree(reader, root, masses, joints)
+    _check_shapes(reader, root)
     _check_meshes(reader, root)
-    for element in root.iter("joint"):
-        if element.get("type") == "continuous":
-            element.set("type", "revolute")
-            limit = element.find("limit")
-            if limit is None:
-                limit = etree.SubElement(element, "limit", effort="0", velocity="0")
-            limit.attrib.pop("lower", None)
-            limit.attrib.pop("upper", None)
+    for element in root.findall("joint"):
+        if element.get("type") in MOVING:
+            _complete_limit(element)
     out = etree.tostring(root, encoding="unicode")
-    return Urdf(out, tuple(masses), joints), reader.faults
+    return Urdf(out, tuple(masses), joints, sum(masses.values())), reader.faults
+
+
+def _complete_limit(joint: etree._Element) -> None:
+    """Give a moving joint the ``<limit>`` that the parser demands, without changing its meaning."""
+    limit = joint.find("limit")
+    if limit is None:
+        limit = etree.SubElement(joint, "limit")
+    for key in ("effort", "velocity"):
+        if limit.get(key) is None:
+            limit.set(key, "0")  # read as "not given"
+    if joint.get("type") == "continuous":
+        joint.set("type", "revolute")
+        limit.attrib.pop("lower", None)
+        limit.attrib.pop("upper", None)
 
 
 def _named(reader: _Reader, root: etree._Element, tag: str) -> Iterator[tuple[str, etree._Element]]:
@@ -154,9 +191,15 @@ def _check_inertia(reader: _Reader, name: str, inertial: etree._Element, mass: f
         if mass > 0:
             reader.fault(inertial, f"link {name!r} has a mass but no <inertia>")
         return
-    ixx, iyy, izz, ixy, ixz, iyz = (
-        reader.number(inertia, key) or 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    )
+    keys = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    missing = [key for key in keys[:3] if inertia.get(key) is None]
+    if missing:
+        reader.fault(inertia, f"link {name!r}: <inertia> has no {', '.join(missing)}")
+        return
+    for key in keys[3:]:
+        if inertia.get(key) is None:
+            inertia.set(key, "0")
+    ixx, iyy, izz, ixy, ixz, iyz = (reader.number(inertia, key) or 0.0 for key in keys)
     minors = (
         ixx * iyy - ixy * ixy,
         ixx * izz - ixz * ixz,
@@ -217,14 +260,14 @@ def _read_limits(
     if limit is None:
         return None, None
     for key in ("effort", "velocity"):
-        value = reader.number(limit, key)
+        value = reader.number(limit, key, math.inf)
         if value is not None and value < 0:
             reader.fault(limit, f"joint {name!r}: {key} must be at least 0, is {value:g}")
     if kind == "continuous" or (limit.get("lower") is None and limit.get("upper") is None):
         return None, None
     # URDF: a bound that is left out beside one that is given is 0.
-    lower = 0.0 if limit.get("lower") is None else reader.number(limit, "lower")
-    upper = 0.0 if limit.get("upper") is None else reader.number(limit, "upper")
+    lower = 0.0 if limit.get("lower") is None else reader.number(limit, "lower", math.inf)
+    upper = 0.0 if limit.get("upper") is None else reader.number(limit, "upper", math.inf)
     if lower is not None and upper is not None and lower > upper:
         reader.fault(limit, f"joint {name!r}: lower limit {lower:g} is above the upper {upper:g}")
     return lower, upper
@@ -275,6 +318,23 @@ def _check_tree(
             )
 
 
+def _check_shapes(reader: _Reader, root: etree._Element) -> None:
+    """Shapes with bad numbers, which the parser would leave out in silence."""
+    for holder in (*root.iter("visual"), *root.iter("collision")):
+        geometry = holder.find("geometry")
+        shapes = [] if geometry is None else [s for s in geometry if s.tag in _SHAPES]
+        if len(shapes) != 1:
+            known = ", ".join(_SHAPES)
+            reader.fault(holder, f"<{holder.tag}> needs one <geometry> with one of {known}")
+        for shape in shapes:
+            for key, count in _SHAPES[shape.tag].items():
+                if shape.get(key) is None and shape.tag != "mesh":
+                    reader.fault(shape, f"<{shape.tag}> has no {key}")
+                values = reader.numbers(shape, key, count)
+                if values is not None and min(values) <= 0 and shape.tag != "mesh":
+                    reader.fault(shape, f"<{shape.tag}>: {key} must be above 0")
+
+
 def _check_meshes(reader: _Reader, root: etree._Element) -> None:
     for mesh in root.iter("mesh"):
         path = mesh.get("filename", "")
@@ -284,8 +344,12 @@ def _check_meshes(reader: _Reader, root: etree._Element) -> None:
             reader.fault(mesh, f"mesh {path!r}: a URDF given as text has no folder for meshes")
             continue
         folder = reader.folder.resolve()
-        target = (folder / PurePosixPath(path)).resolve()
-        if not target.is_relative_to(folder):
+        try:
+            target = (folder / PurePosixPath(path)).resolve()
+            inside, exists = target.is_relative_to(folder), target.is_file()
+        except (OSError, RuntimeError):  # too long a name, a loop of links
+            inside, exists = True, False
+        if not inside:
             reader.fault(mesh, f"mesh {path!r} leaves the folder of the URDF; copy it there")
-        elif not target.is_file():
+        elif not exists:
             reader.fault(mesh, f"mesh {path!r} does not exist in the folder of the URDF")

@@ -171,12 +171,12 @@ def _fault(document: Document, model: type[BaseModel], item: dict[str, Any]) -> 
         message = f"key {location[-1]!r} is missing"
     elif kind == "finite_number":
         message = f"must be a finite number, is {value!r}"
-    elif kind in ("string_type", "invalid_key") and not isinstance(value, str):
-        if kind == "invalid_key" or (location and location[-1] == "[key]"):
-            message = f"key {value!r} must be text: put it in quotes"
-            location = location[:-1]
-        else:
-            message = f"must be text, is {_shown(value)}; put it in quotes if it is meant so"
+    elif kind == "invalid_key":
+        message = f"key {value!r} must be text"
+        location = (*location[:-1], value)
+    elif location and location[-1] == "[key]" and not isinstance(value, str):
+        message = f"key {value!r} must be text: put it in quotes"
+        location = location[:-1]
     else:
         if location and location[-1] == "[key]":
             location = location[:-1]

@@ -85,11 +85,11 @@ def report(case: Case | str | Path, folder: str | Path, to: Console) -> SizingTa
     folder.mkdir(parents=True, exist_ok=True)  # before the work, not after it
     table = size_with_bar(case, to)
     print_table(table, to)
-    files = write_report(table, folder)
+    files = []
     try:
         files.append(write_case_page(case, folder))
     except InputError as error:  # no pose can be reached: the table says so too
         to.print(f"no page to look at: {error}", highlight=False, markup=False, soft_wrap=True)
-    for path in files:
+    for path in [*write_report(table, folder), *files]:
         to.print(f"wrote {path}", highlight=False, markup=False, soft_wrap=True)
     return table
