@@ -13,9 +13,14 @@ def main() -> None:
     except ImportError:
         sys.stderr.write("pinmech: the command line needs: pip install 'pinmech[cli]'\n")
         raise SystemExit(2) from None
-    from pinmech.cli.run import run
+    try:
+        from pinmech.cli.run import run
 
-    raise SystemExit(run())
+        code = run()
+    except KeyboardInterrupt:  # while importing; a command catches its own
+        sys.stderr.write("pinmech: interrupted\n")
+        code = 130
+    raise SystemExit(code)
 
 
 if __name__ == "__main__":

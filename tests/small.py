@@ -247,13 +247,11 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
 _QUAD = ((0.0, 0.0, 0.0), (0.03, 0.12, 0.0), (0.33, 0.25, 0.0), (0.3, 0.0, 0.0))
 
 
-def four_bar(
-    closure: str = "revolute", *, cut: int = 3, flip: Vector = (0, 0, 0), mobility: int | None = None
-) -> Small:
+def four_bar(closure: str = "revolute", *, cut: int = 3, flip: Vector = (0, 0, 0)) -> Small:
     """Planar four-bar, all axes z: mobility 1, three of the five rows of a revolute say nothing
     new. A spherical closure keeps mobility 1, a fixed one (classic mistake) leaves 0."""
     joints = [Joint("R", at) for at in _QUAD]
-    found = {"fixed": 0}.get(closure, 1) if mobility is None else mobility
+    found = {"fixed": 0}.get(closure, 1)
     name = f"four_bar_{closure}"
     return ring(name, joints, cut=cut, mobility=found, platform=2, closure=closure, flip=flip)
 
@@ -271,7 +269,7 @@ def triangle() -> Small:
     return ring("triangle", joints, cut=1, mobility=0, platform=1)
 
 
-def slider_crank(closure: str = "prismatic") -> Small:
+def slider_crank(closure: str = "prismatic", *, flip: Vector = (0, 0, 0)) -> Small:
     """Crank and slider: the slider is guided by the closure, 1 DOF as prismatic or cylindrical."""
     joints = [
         Joint("R", (0, 0, 0)),
@@ -280,7 +278,19 @@ def slider_crank(closure: str = "prismatic") -> Small:
         Joint("P", (0.3, 0.02, 0), X),
     ]
     name = f"slider_crank_{closure}"
-    return ring(name, joints, cut=3, mobility=1, platform=3, closure=closure)
+    return ring(name, joints, cut=3, mobility=1, platform=3, closure=closure, flip=flip)
+
+
+def free_body(closure: str) -> Small:
+    """A body on three sliders and three revolutes, held by the closure alone: all of its rows are
+    independent, and what is left is what the closure lets free."""
+    letter = {v: k for k, v in CLOSURE.items()}[closure]
+    joints = [Joint("P", (0, 0, 0), axis) for axis in (X, Y, Z)]
+    joints += [Joint("S", (0, 0, 0)), Joint(letter, (0, 0, 0), Z, X)]
+    name = f"free_body_{closure}"
+    return ring(
+        name, joints, cut=4, mobility=FREEDOMS[letter], platform=4, moves=("j3_2",)
+    )
 
 
 def wedge() -> Small:
@@ -347,12 +357,11 @@ def hooke(bend: float = 0.5) -> Small:
     """Two shafts with a bend [rad] between them, joined by a universal closure: mobility 1."""
     joints = [
         Joint("R", (0, 0, -0.1), Z),
-        Joint("U", (0, 0, 0), X, Y),
-        Joint("R", (0, -0.1 * math.sin(bend), 0.1 * math.cos(bend)), (0, -math.sin(bend), math.cos(bend))),
+        # At home the yoke of the input lies along x, across both shafts; that of the output in
+        # the plane of the shafts, across its own.
+        Joint("U", (0, 0, 0), X, (0, math.cos(bend), math.sin(bend))),
+        Joint("R", (0, 0, 0), (0, -math.sin(bend), math.cos(bend))),
     ]
-    # At home the yoke of the input lies along x, across both shafts; that of the output in the
-    # plane of the shafts, across its own.
-    joints[1] = Joint("U", (0, 0, 0), X, (0, math.cos(bend), math.sin(bend)))
     return ring("hooke", joints, cut=1, mobility=1, platform=2)
 
 

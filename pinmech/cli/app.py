@@ -35,7 +35,7 @@ Name = Annotated[
 ]
 Outputs = Annotated[
     list[str] | None,
-    typer.Argument(metavar="OUTPUT=VALUE...", help="Outputs in deg or mm, or as 0.1rad, 0.012m."),
+    typer.Argument(metavar="OUTPUT=VALUE", help="Outputs in deg or mm, or as 0.1rad, 0.012m."),
 ]
 Modes = Annotated[
     list[str] | None,
@@ -131,7 +131,7 @@ def forward(
     name: Name,
     actuators: Annotated[
         list[str] | None,
-        typer.Argument(metavar="ACTUATOR=VALUE...", help="Values in deg or mm, or as 0.1rad."),
+        typer.Argument(metavar="ACTUATOR=VALUE", help="Values in deg or mm, or as 0.1rad."),
     ] = None,
     no_limits: NoLimits = False,
     joints: Joints = False,

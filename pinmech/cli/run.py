@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -11,7 +12,9 @@ from pinmech.cli.app import app
 from pinmech.errors import PinmechError, SingularError, SolveError
 
 #: Typer brings a click of its own or uses the installed one; its root of usage errors is here.
-_UsageError = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+_UsageError: type[Exception] = next(
+    (c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException"), typer.BadParameter
+)
 
 NO_ANSWER, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -34,10 +37,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return _tell(str(error), NO_ANSWER)
     except PinmechError as error:
         return _tell(str(error), BAD_INPUT)
-    except _UsageError as error:  # type: ignore[misc]
+    except _UsageError as error:
         return _tell(_usage(error), BAD_INPUT)
     except BrokenPipeError:
-        sys.stdout = None  # type: ignore[assignment]
+        # Who read the output has left; what is still buffered must not raise at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NO_ANSWER
     except OSError as error:
         return _tell(f"{error.filename or 'file'}: {error.strerror or error}", BAD_INPUT)

@@ -82,6 +82,7 @@ def assemble(source: Source) -> Mechanism:
         detail = f" ({gaps})" if gaps else ""
         faults.append(Fault(where, f"the loops cannot be closed at home: {reason}{detail}"))
     else:
+        found = ", ".join(f"{j}: {q[mechanism.coordinate(j)]:.4f}" for j in source.home)
         for joint, value in source.home.items():
             moved = q[mechanism.coordinate(joint)] - value
             if abs(moved) > HOME_TOLERANCE:
@@ -89,8 +90,8 @@ def assemble(source: Source) -> Mechanism:
                 faults.append(
                     Fault(
                         source.document.place(("home", joint)),
-                        f"assembly has to move joint {joint!r} by {moved:+.3g} {unit} "
-                        f"(at most {HOME_TOLERANCE} allowed); give better home values",
+                        f"assembly has to move joint {joint!r} by {moved:+.3g} {unit} (at most "
+                        f"{HOME_TOLERANCE} allowed); the nearest closed home found has {found}",
                     )
                 )
         if not faults:

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -73,12 +74,19 @@ def find_description(name_or_path: str | Path) -> Path:
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
         raise InputError(f"a mechanism is a name or a path, not {name_or_path!r}")
     path = Path(name_or_path)
-    if path.suffix.lower() in (".yaml", ".yml") or path.is_file():
+    if path.suffix.lower() in (".yaml", ".yml") or _is_file(path):
         return path
     known = mechanisms()
     if str(name_or_path) in known:
         return data_folder() / "loops" / f"{name_or_path}.yaml"
     raise UnknownNameError("mechanism", str(name_or_path), known)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
 
 
 def read_file(path: Path) -> Source:
@@ -94,9 +102,12 @@ def read_file(path: Path) -> Source:
     faults: list[Fault] = []
     urdf_path = path.parent / name if isinstance(name, str) and name else None
     if urdf_path is not None:
-        if urdf_path.is_file():
-            urdf_text = read_text(urdf_path, DescriptionError)
-            urdf, faults = read_urdf(urdf_text, urdf_path.name, urdf_path.parent)
+        if _is_file(urdf_path):
+            try:
+                urdf_text = read_text(urdf_path, DescriptionError)
+                urdf, faults = read_urdf(urdf_text, urdf_path.name, urdf_path.parent)
+            except DescriptionError as unreadable:
+                faults += unreadable.faults
         else:
             faults.append(
                 Fault(document.place(("urdf",)), f"URDF file {str(urdf_path)!r} does not exist")
@@ -105,7 +116,15 @@ def read_file(path: Path) -> Source:
 
 
 def read_texts(description: str, urdf_text: str, *, label: str = "description") -> Source:
-    """Like :func:`read_file`, for texts; the ``urdf`` key of the description is not followed."""
+    """Like :func:`read_file`, for texts; the ``urdf`` key of the description is not followed.
+
+    Raises:
+        InputError: not texts.
+        DescriptionError: with all faults of both texts.
+    """
+    for text in (description, urdf_text):
+        if not isinstance(text, str):
+            raise InputError(f"description and URDF must be text, not {type(text).__name__}")
     document = parse(description, label, label, DescriptionError)
     urdf, faults = read_urdf(urdf_text, str(document.data.get("urdf") or "urdf"), None)
     return _build(document, urdf, faults, None, None)
@@ -131,12 +150,38 @@ def _build(
         reason = " ".join(str(cause).split())
         where = document.place(("urdf",))
         raise DescriptionError(target, [Fault(where, f"Pinocchio refuses it: {reason}")]) from None
+    found, listed = sum(inertia.mass for inertia in model.inertias), urdf.mass or 0.0
+    if abs(found - listed) > 1e-9 * listed:
+        message = f"Pinocchio finds {found:g} kg where the file says {listed:g} kg"
+        raise DescriptionError(target, [Fault(document.place(("urdf",)), message)])
     mechanism = build_mechanism(description, urdf, model, path, urdf_folder)
-    if mechanism.platform_frame.joint == 0:
-        where = document.place(("platform",))
-        message = f"link {mechanism.platform!r} is fixed to the base; the platform must move"
-        raise DescriptionError(target, [Fault(where, message)])
+    faults = _model_faults(document, mechanism)
+    if faults:
+        raise DescriptionError(target, faults)
     return Source(mechanism, dict(description.home), document)
+
+
+def _model_faults(document: Document, mechanism: Mechanism) -> list[Fault]:
+    """Faults that show only once links on fixed joints are merged into bodies."""
+    faults = []
+    if mechanism.platform_frame.joint == 0:
+        message = f"link {mechanism.platform!r} is fixed to the base; the platform must move"
+        faults.append(Fault(document.place(("platform",)), message))
+    for k, loop in enumerate(mechanism.loops.values()):
+        if loop.frames[0].joint == loop.frames[1].joint:
+            message = "the two frames of a loop are on the same rigid body"
+            faults.append(Fault(document.place(("loops", k, "frames")), message))
+    given = document.data.get("length")
+    if given is not None and not faults:
+        start = np.zeros(mechanism.model.nq)
+        for joint, value in (document.data.get("home") or {}).items():
+            start[mechanism.coordinate(joint)] = value
+        loops = tuple(mechanism.loops.values())
+        size = characteristic_length(mechanism.model, loops, mechanism.platform_frame, start)
+        if not 1e-3 < given / size < 1e3:
+            message = f"{given:g} m is out of proportion: the mechanism is about {size:.3g} m large"
+            faults.append(Fault(document.place(("length",)), message))
+    return faults
 
 
 def _unique(faults: Iterable[Fault]) -> list[Fault]:
@@ -278,17 +323,19 @@ def build_mechanism(
         source=description.source,
         model=model,
         platform=description.platform,
-        loops={loop.name: loop for loop in loops},
-        limbs=find_limbs(model, loops, joint_of, frames[description.platform].joint),
-        actuators=actuators,
+        loops=MappingProxyType({loop.name: loop for loop in loops}),
+        limbs=MappingProxyType(
+            find_limbs(model, loops, joint_of, frames[description.platform].joint)
+        ),
+        actuators=MappingProxyType(actuators),
         outputs=Outputs(kind, names, picked, angular),
-        drives={name: tuple(members) for name, members in drives.items()},
+        drives=MappingProxyType({name: tuple(members) for name, members in drives.items()}),
         length=description.length
         or characteristic_length(model, loops, frames[description.platform], start),
         lower=lower,
         upper=upper,
         revolving=revolving,
-        frames=frames,
+        frames=MappingProxyType(frames),
         urdf=urdf.text,
         path=path.resolve() if path else None,
         urdf_folder=urdf_folder.resolve() if urdf_folder else None,

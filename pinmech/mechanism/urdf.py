@@ -57,13 +57,13 @@ class Urdf:
         text: the XML as Pinocchio shall read it (see the module's note).
         links: link names.
         joints: joint name -> :class:`UrdfJoint`.
-        mass: sum of the masses of all links [kg].
+        mass: sum of the masses of all links [kg], None when it was not summed.
     """
 
     text: str
     links: tuple[str, ...]
     joints: dict[str, UrdfJoint]
-    mass: float
+    mass: float | None = None
 
     def moving(self) -> list[str]:
         """Names of the joints that move (also in ways not supported), in the order of the file."""
@@ -107,13 +107,16 @@ class _Reader:
         return None if values is None else values[0]
 
 
-def read_urdf(text: str, label: str, folder: Path | None) -> tuple[Urdf | None, list[Fault]]:
+def read_urdf(
+    text: str, label: str, folder: Path | None, *, meshes: bool = True
+) -> tuple[Urdf | None, list[Fault]]:
     """Check URDF text; returns it with the faults found (None when it cannot be used at all).
 
     Args:
         text: the XML.
         label: how the file is named in messages.
         folder: the URDF's folder, which mesh paths may not leave; None when there is none.
+        meshes: False leaves mesh paths unchecked.
     """
     reader = _Reader(label, folder)
     parser = etree.XMLParser(
@@ -131,7 +134,8 @@ def read_urdf(text: str, label: str, folder: Path | None) -> tuple[Urdf | None, 
     joints = _read_joints(reader, root, masses)
     _check_tree(reader, root, masses, joints)
     _check_shapes(reader, root)
-    _check_meshes(reader, root)
+    if meshes:
+        _check_meshes(reader, root)
     for element in root.findall("joint"):
         if element.get("type") in MOVING:
             _complete_limit(element)

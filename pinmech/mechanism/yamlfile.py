@@ -163,7 +163,7 @@ def structural_faults(document: Document, model: type[BaseModel]) -> list[Fault]
 def _fault(document: Document, model: type[BaseModel], item: dict[str, Any]) -> Fault:
     location: Location = tuple(item["loc"])
     kind, message = item["type"], item["msg"]
-    value = item.get("input")
+    value: Any = item.get("input")
     if kind == "extra_forbidden":
         known = _keys_beside(model, location)
         message = f"unknown key {location[-1]!r}; {suggest(str(location[-1]), known)}"

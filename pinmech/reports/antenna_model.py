@@ -20,7 +20,7 @@ Array = np.ndarray
 
 #: Poses (alpha, beta) [deg] at which formulas are compared: inside the workspace, in general
 #: position.
-POSES = ((5.0, -8.0), (12.0, 7.0), (-14.0, 3.0), (-6.0, -13.0), (22.9183, -12.7512), (9.5, 14.0))
+POSES = ((5.0, -8.0), (12.0, 7.0), (-14.0, 3.0), (-6.0, -13.0), (16.0, -5.0), (9.5, 14.0))
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ def print_info(mechanism: Mechanism, to: Console) -> None:
 
 
 def _actuators(mechanism: Mechanism) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, a in mechanism.actuators.items():
         ends = np.array([mechanism.lower[a.coordinate], mechanism.upper[a.coordinate]])
         low, high = sorted((a.scale * ends + a.offset).tolist())

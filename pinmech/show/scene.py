@@ -32,8 +32,9 @@ MARKER = 0.025
 class Scene:
     """Nodes of a meshcat viewer that belong to the mechanism as a whole.
 
-    ``size`` [m] is what arrows, axes and markers are scaled by. ``closures/<loop>/first`` and ``second`` are the loop's frames and ``gap`` the line between
-    them; ``base/axes``; ``platform/axes`` and ``platform/normal``; ``trace``.
+    ``size`` [m] is what arrows, axes and markers are scaled by. ``closures/<loop>/first`` and
+    ``second`` are the loop's frames and ``gap`` the line between them; ``base/axes``;
+    ``platform/axes`` and ``platform/normal``; ``trace``.
     """
 
     def __init__(self, mechanism: Mechanism, viewer: Any, size: float) -> None:
@@ -48,9 +49,9 @@ class Scene:
             for side, radius in (("first", MARKER), ("second", 0.55 * MARKER)):
                 shapes.marker(node[side], radius * size, shell=side == "first")
                 if loop.type in _AXIAL:
-                    ends = np.array([[0, 0, -2.5], [0, 0, 2.5]]) * MARKER * size
-                    material = shapes.see_through()
-                    shapes.rod(node[side]["axis"], *ends, 0.2 * radius * size, material)
+                    end = np.array([0.0, 0.0, 2.5 * MARKER * size])
+                    thickness, material = 0.2 * radius * size, shapes.see_through()
+                    shapes.rod(node[side]["axis"], -end, end, thickness, material)
             node["gap"].set_object(mg.Cylinder(1.0, 0.25 * MARKER * size), shapes.see_through())
 
     @property

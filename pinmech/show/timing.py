@@ -1,8 +1,9 @@
-"""When to show which pose of a path in an animation."""
+"""When to show which pose of a path: in an animation, and live."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time as clock
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,18 @@ def joined_rows(success: Array, rows: Array) -> Array:
     """(n-1,) True where no row between two neighbours of ``rows`` (n,) failed."""
     failures = np.concatenate([[0], np.cumsum(~success)])
     return np.asarray(failures[rows[1:]] == failures[rows[:-1]])
+
+
+def paced(at: Array) -> Iterator[int]:
+    """0 .. n-1, each when its time (n,) [s, from 0] has come; those that are late are skipped, but
+    not the last."""
+    start, k, last = clock.monotonic(), 0, len(at) - 1
+    yield k
+    while k < last:
+        clock.sleep(max(0.0, float(at[k + 1]) - (clock.monotonic() - start)))
+        due = int(np.searchsorted(at, clock.monotonic() - start, side="right")) - 1
+        k = min(max(k + 1, due), last)
+        yield k
 
 
 @dataclass(frozen=True, eq=False)

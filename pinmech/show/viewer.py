@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as clock
 import warnings
 import webbrowser
 from collections.abc import Sequence
@@ -24,7 +23,7 @@ from pinmech.show.bodies import corner_points, load_bodies
 from pinmech.show.page import page
 from pinmech.show.recorder import Recorder, new_visualizer
 from pinmech.show.scene import Scene
-from pinmech.show.timing import Timing, joined_rows, time_axis
+from pinmech.show.timing import Timing, joined_rows, paced, time_axis
 
 Array = np.ndarray
 
@@ -182,17 +181,7 @@ class Viewer:
             )
             self.notes.append(note)
             warnings.warn(note, stacklevel=3)
-        poses: dict[str, list[Array]] = {}
-        texts, worst = [], dict.fromkeys(self.mechanism.loops, 0.0)
-        for row in timing.rows:
-            data = self._kinematics(path.q[row])
-            for node, pose in self._moving(data).items():
-                poses.setdefault(f"/meshcat/{node}", []).append(pin.SE3ToXYZQUAT(pose))
-            for name, loop in self.mechanism.loops.items():
-                size = gap(loop, relative_placement(loop, data), self.mechanism.length)
-                worst[name] = max(worst[name], size)
-            when = f"t = {axis[row]:.6g} s:  " if time is not None else f"row {row}:  "
-            texts.append(when + self.scene.readout(path.q[row], data))
+        poses, texts, worst = self._sample(path, timing, axis if time is not None else None)
         self._shown = _Shown(path, axis, timing, texts)
         self._trace(path, good)
         chosen = timing.rows[np.linspace(0, len(timing.rows) - 1, 12).astype(int)]
@@ -201,8 +190,8 @@ class Viewer:
         for name, size in worst.items():
             self.scene.colour(name, size)
         if len(timing.rows) > 1:
-            keys = shapes.Keys(timing.at, {n: np.array(v) for n, v in poses.items()})
-            self.meshcat.window.send(SetAnimation(keys, play=True, repetitions=_FOREVER))
+            keys = shapes.Keys(timing.at, poses)
+            self._recorder.send(SetAnimation(keys, play=True, repetitions=_FOREVER))
 
     def play(
         self,
@@ -237,16 +226,8 @@ class Viewer:
             raise InputError("no pose of the path succeeded")
         self.connect()
         self._recorder.stop_animation()
-        at = (axis[good] - axis[good[0]]) / rate
-        start = clock.monotonic()
-        row = 0
-        while True:
-            self.display(path.q[good[row]])
-            if row == len(good) - 1:
-                return
-            clock.sleep(max(0.0, at[row + 1] - (clock.monotonic() - start)))
-            late = int(np.searchsorted(at, clock.monotonic() - start, side="right")) - 1
-            row = min(max(row + 1, late), len(good) - 1)
+        for k in paced((axis[good] - axis[good[0]]) / rate):
+            self.display(path.q[good[k]])
 
     def connect(self, url: str | None = None) -> str:
         """Show the scene live; returns the address of the page for a browser.
@@ -289,10 +270,13 @@ class Viewer:
         return path
 
     def gaps(self) -> dict[str, float]:
-        """Loop name -> gap [m] of the pose on show; angles count as characteristic length · angle."""
-        data = self._kinematics(self._q)
+        """Loop name -> gap [m] of the pose on show; an angle counts as length · angle."""
+        return self._gaps(self._kinematics(self._q))
+
+    def _gaps(self, data: pin.Data) -> dict[str, float]:
+        size = self.mechanism.length
         return {
-            name: gap(loop, relative_placement(loop, data), self.mechanism.length)
+            name: gap(loop, relative_placement(loop, data), size)
             for name, loop in self.mechanism.loops.items()
         }
 
@@ -321,6 +305,22 @@ class Viewer:
         model = self.mechanism.model
         bodies = {self.bodies.body_node(j): data.oMi[j] for j in range(1, model.njoints)}
         return {**bodies, **self.scene.moving(data)}
+
+    def _sample(
+        self, path: Path, timing: Timing, time: Array | None
+    ) -> tuple[dict[str, Array], list[str], dict[str, float]]:
+        """Keyframes by node, the outputs as text, and the largest gap [m] of each loop."""
+        poses: dict[str, list[Array]] = {}
+        texts, worst = [], dict.fromkeys(self.mechanism.loops, 0.0)
+        for row in timing.rows:
+            data = self._kinematics(path.q[row])
+            for node, pose in self._moving(data).items():
+                poses.setdefault(f"/meshcat/{node}", []).append(pin.SE3ToXYZQUAT(pose))
+            for name, size in self._gaps(data).items():
+                worst[name] = max(worst[name], size)
+            when = f"row {row}" if time is None else f"t = {time[row]:.6g} s"
+            texts.append(f"{when}:  {self.scene.readout(path.q[row], data)}")
+        return {node: np.array(values) for node, values in poses.items()}, texts, worst
 
     def _trace(self, path: Path, good: Array) -> None:
         rows = good[:: max(1, -(-len(good) // _TRACE_POINTS))]
