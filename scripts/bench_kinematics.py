@@ -23,13 +23,13 @@ from statistics import median
 from typing import Protocol
 
 import numpy as np
-
-import pinmech as pm
 from bench import clock, placo_client
 from bench.cases import AGREEMENT, TOLERANCE, Case, Run, kinematic_cases, motion, residuals
 from bench.mujoco_loop import MujocoCareful, MujocoPlain
 from bench.ours import Pinmech
 from bench.plain import PlainConstraints, PlainFrames
+
+import pinmech as pm
 
 MECHANISM = "antenna_3rsu"
 OURS = Pinmech.name

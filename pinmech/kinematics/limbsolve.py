@@ -13,6 +13,7 @@ from pinmech.kinematics.solver import (
     Problem,
     limit_breaches,
     minimise,
+    nearest,
     newton,
     wrap_towards,
 )
@@ -80,6 +81,7 @@ def solve_limb(
         return LimbAnswer("ok", "", np.zeros(0), 0)
     problem = Problem(mechanism, block.free, rows=block.rows, pose=pose)
     count, beyond, elsewhere = 0, "", False
+    meeting: Array | None = None
     tried = starts(mechanism, block.free, q[block.free], _STARTS)
     for start in tried:
         trial = q.copy()
@@ -98,18 +100,27 @@ def solve_limb(
         if breaches:
             beyond = breaches[0]
             continue
+        if sign is not None and found * sign < 0.0:
+            # Barely in the other mode: good enough only if no start does better.
+            meeting = trial[block.free] if meeting is None else meeting
+            continue
         return LimbAnswer("ok", "", trial[block.free], count)
+    if meeting is not None:
+        return LimbAnswer("ok", "", meeting, count)
     if beyond:
         return LimbAnswer("limit", f"limb {block.limb} would need {beyond}", None, count)
     if elsewhere:
         message = f"limb {block.limb} reaches this pose only in its other working mode"
         return LimbAnswer("wrong_mode", message, None, count)
-    best = np.inf
+    best, closest = np.inf, q
     for start in tried[:_MINIMA]:
         trial = q.copy()
         trial[block.free] = start
-        best = min(best, minimise(problem, system, trial, iterations=60))
+        left = minimise(problem, system, trial, iterations=60)
+        if left < best:
+            best, closest = left, trial
         count += 1
+    best = nearest(problem, system, closest)
     if best <= 1e-9:
         # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
         message = f"limb {block.limb} is on the edge of its reach and did not converge"

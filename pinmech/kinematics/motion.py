@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pinmech.kinematics.memo import per_mechanism
 from pinmech.kinematics.scaling import (
     RANK,
     frame_twist,
@@ -74,3 +75,15 @@ def motions(state: ClosedState) -> Motions:
     with state.mechanism.scratch() as system:
         system.evaluate(state.q)
         return motions_at(state.mechanism, system)
+
+
+@per_mechanism
+def idle_freedoms(mechanism: Mechanism) -> int:
+    """How many motions at home move neither platform, outputs nor actuators."""
+    return motions(mechanism.home).idle.shape[1]
+
+
+@per_mechanism
+def input_mobility(mechanism: Mechanism) -> int:
+    """Degrees of freedom at home without the idle ones."""
+    return motions(mechanism.home).basis.shape[1]

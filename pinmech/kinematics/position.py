@@ -23,6 +23,7 @@ from pinmech.kinematics.branch import (
 )
 from pinmech.kinematics.limbsolve import solve_limb, starts
 from pinmech.kinematics.memo import per_mechanism
+from pinmech.kinematics.motion import idle_freedoms, input_mobility
 from pinmech.kinematics.scaling import scaled_closure_jacobian, selector
 from pinmech.kinematics.solution import Solution, Status
 from pinmech.kinematics.solver import (
@@ -498,22 +499,6 @@ def determined(stacked: Array, mechanism: Mechanism) -> float:
     values = np.linalg.svd(stacked, compute_uv=False)
     index = mechanism.model.nv - 1 - idle_freedoms(mechanism)
     return float(values[index]) if index < len(values) else 0.0
-
-
-@per_mechanism
-def idle_freedoms(mechanism: Mechanism) -> int:
-    """How many motions at home move neither platform, outputs nor actuators."""
-    from pinmech.kinematics.motion import motions
-
-    return motions(mechanism.home).idle.shape[1]
-
-
-@per_mechanism
-def input_mobility(mechanism: Mechanism) -> int:
-    """Degrees of freedom at home without the idle ones."""
-    from pinmech.kinematics.motion import motions
-
-    return motions(mechanism.home).basis.shape[1]
 
 
 def output_rows(mechanism: Mechanism, q: Array, valid: Array) -> Array:

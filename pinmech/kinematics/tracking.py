@@ -13,8 +13,10 @@ from typing import Protocol
 import numpy as np
 import pinocchio as pin
 
+from pinmech.kinematics.motion import idle_freedoms
 from pinmech.kinematics.scaling import RANK
 from pinmech.kinematics.solver import Pose, Problem, newton
+from pinmech.kinematics.walks import nearby
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
@@ -102,7 +104,8 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
     here = q.copy()
     problem.residual(system, here)
     before = _scaled(problem, system)
-    space = _row_space(before)
+    regular = _Regular(problem, system)
+    space = regular.row_space(before)
     if space is None:
         return Tracked(False, here, 0.0, True, 0)
     s, step, count, crossing = 0.0, 1.0, 0, False
@@ -123,7 +126,7 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
             good = not crossing
         if good:
             here, s, before = trial, ahead, after
-            fresh = _row_space(before)
+            fresh = regular.row_space(before)
             if fresh is None and s < 1.0:
                 return Tracked(False, here, s, True, count)
             space = fresh if fresh is not None else space
@@ -146,17 +149,28 @@ def _smallest(matrix: Array) -> float:
     return float(kept[-1] / values[0])
 
 
-def _row_space(matrix: Array) -> Array | None:
-    """Orthonormal basis of the row space, or None when the matrix is singular.
+class _Regular:
+    """Tells a singular matrix from one that never determines everything: rods that spin, or
+    closures that close only to second order, leave some motions open at every configuration."""
 
-    Columns beyond the rank that stay null all along (a rod that spins) are no singularity; they
-    are told from one by the rank that the number of equations allows.
-    """
-    _, values, vt = np.linalg.svd(matrix)
-    rank = int((values > RANK * values[0]).sum())
-    if rank < min(matrix.shape):
-        # Overconstrained or idle systems lose rank for good; a square one only at a singularity.
-        if matrix.shape[0] == matrix.shape[1]:
-            return None
-        return vt[:rank].T
-    return vt[:rank].T
+    def __init__(self, problem: Problem, system: ClosureSystem) -> None:
+        self._problem, self._system = problem, system
+        self._open = idle_freedoms(problem.mechanism)
+        self._asked = False
+
+    def row_space(self, matrix: Array) -> Array | None:
+        """(n, rank) orthonormal basis of the row space; None when the matrix is singular."""
+        _, values, vt = np.linalg.svd(matrix)
+        rank = int((values > RANK * values[0]).sum())
+        if matrix.shape[1] - rank > self._open and not self._asked:
+            self._open, self._asked = max(self._open, self._usual()), True
+        return vt[:rank].T if matrix.shape[1] - rank <= self._open else None
+
+    def _usual(self) -> int:
+        """How many motions these equations leave open at least, over closed states near home."""
+        problem, found = self._problem, []
+        for q in nearby(problem.mechanism):
+            problem.residual(self._system, q)
+            values = np.linalg.svd(_scaled(problem, self._system), compute_uv=False)
+            found.append(len(problem.free) - int((values > RANK * values[0]).sum()))
+        return min(found)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pinmech.kinematics.memo import per_mechanism
 from pinmech.kinematics.motion import motions_at
 from pinmech.kinematics.scaling import velocity_scale
 from pinmech.kinematics.solver import Problem, newton
@@ -48,3 +49,12 @@ def closed_walks(
                 break
             q = ahead
             yield q
+
+
+@per_mechanism
+def nearby(mechanism: Mechanism) -> tuple[Array, ...]:
+    """A dozen closed joint values (nq,) around home, home first."""
+    with mechanism.scratch() as system:
+        return tuple(
+            q.copy() for q in closed_walks(mechanism, system, walks=4, steps=3, step=0.08)
+        )

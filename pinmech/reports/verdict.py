@@ -157,7 +157,8 @@ class PaperTable:
         left, right = both(printed, model)
         off = largest(left - right)
         return self._add(
-            key, place, what, with_unit(spread(left), unit), with_unit(spread(right), unit),
+            key, place, what, with_unit(f"formula: {spread(left)}", unit),
+            with_unit(spread(right), unit),
             with_unit(f"{off:.1e}", unit), passed(off <= tolerance, assumption),
             sentence(why, f"tolerance {tolerance:.1g} {unit}".rstrip(),
                      assumption and f"Assumed: {assumption}"),

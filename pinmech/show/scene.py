@@ -74,7 +74,8 @@ class Scene:
                 matrix[:3, 1] *= np.linalg.norm(end - start)
                 node["gap"].set_transform(matrix)
             node["gap"].set_property("visible", visible)
-            self.colour(name, gap(loop, relative_placement(loop, data), self.mechanism.length))
+        for name, gaping in loop_gaps(self.mechanism, data).items():
+            self.colour(name, gaping)
 
     def colour(self, name: str, size: float) -> None:
         """Colour a closure by a gap [m]."""
@@ -87,6 +88,10 @@ class Scene:
         """Pose of the platform in base axes."""
         frame = self.mechanism.platform_frame
         return data.oMi[frame.joint] * frame.placement
+
+    def tip(self, data: pin.Data) -> Array:
+        """(3,) tip of the arrow along the platform normal [m, base axes]."""
+        return np.array(self.platform(data).act(np.array([0.0, 0.0, self.arrow])))
 
     def moving(self, data: pin.Data) -> dict[str, pin.SE3]:
         """Node -> pose, of all nodes here that move."""
@@ -152,6 +157,14 @@ class Scene:
 def closure_node(name: str) -> str:
     """Node of a loop's closure."""
     return "closures/" + name.replace("/", "_")
+
+
+def loop_gaps(mechanism: Mechanism, data: pin.Data) -> dict[str, float]:
+    """Loop name -> gap [m] at the joint placements of ``data``; an angle counts by its length."""
+    return {
+        name: gap(loop, relative_placement(loop, data), mechanism.length)
+        for name, loop in mechanism.loops.items()
+    }
 
 
 def gap_line(loop: Loop, first: pin.SE3, second: pin.SE3) -> tuple[Array, Array]:

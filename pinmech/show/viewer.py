@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 import webbrowser
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -16,18 +15,17 @@ from meshcat.commands import SetAnimation
 from pinmech.errors import InputError
 from pinmech.kinematics.solution import Path
 from pinmech.kinematics.state import ClosedState
-from pinmech.mechanism.closures import gap, relative_placement
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show import shapes
+from pinmech.show.animation import Animation, good_rows, make_animation
 from pinmech.show.bodies import corner_points, load_bodies
 from pinmech.show.page import page
 from pinmech.show.recorder import Recorder, new_visualizer
-from pinmech.show.scene import Scene
-from pinmech.show.timing import Timing, joined_rows, paced, time_axis
+from pinmech.show.scene import Scene, loop_gaps
+from pinmech.show.timing import paced, time_axis
 
 Array = np.ndarray
 
-_TRACE_POINTS = 2000
 _FOREVER = 1_000_000
 
 
@@ -86,16 +84,6 @@ def view(
     return viewer
 
 
-@dataclass(frozen=True, eq=False)
-class _Shown:
-    """A path on show."""
-
-    path: Path
-    time: Array
-    timing: Timing
-    texts: list[str]
-
-
 class Viewer:
     """A mechanism in meshcat; made by :func:`view`.
 
@@ -111,7 +99,7 @@ class Viewer:
         self.meshcat, self._recorder = new_visualizer()
         self.bodies = load_bodies(mechanism, self.meshcat)
         self._corners = corner_points(self.bodies, mechanism)
-        self._shown: _Shown | None = None
+        self._shown: Animation | None = None
         self._q = np.array(mechanism.home.q)
         across = float(np.linalg.norm(np.ptp(self._points(self._q), axis=0)))
         self.scene = Scene(mechanism, self.meshcat, max(mechanism.length, 0.28 * across))
@@ -129,7 +117,7 @@ class Viewer:
         return self._recorder.web_url
 
     def display(self, state: ClosedState | Sequence[float] | Array) -> None:
-        """Show a pose.
+        """Show a pose. A path on show stays the animation of the page.
 
         Args:
             state: a closed state, or (nq,) joint values [rad or m], closed or not: to see where
@@ -161,36 +149,20 @@ class Viewer:
         """Make the scene play a path; arguments as for :func:`view`."""
         if path.mechanism.joints != self.mechanism.joints:
             raise InputError(f"the path is of another mechanism, {path.mechanism.name}")
-        good = np.flatnonzero(path.success)
-        if not len(good):
-            raise InputError(
-                f"no pose of the path succeeded; the first one: {path.status[0]}: {path.message(0)}"
-                if len(path)
-                else "the path is empty"
-            )
-        axis = time_axis(time, len(path))
-        timing = Timing.of(
-            np.asarray(path.success), axis, given=time is not None, duration=duration, frames=frames
+        shown = make_animation(
+            path, self.scene, self.bodies, time=time, duration=duration, frames=frames
         )
-        self.notes = []
-        if len(good) < len(path):
-            bad = int(np.flatnonzero(~np.asarray(path.success))[0])
-            note = (
-                f"{len(path) - len(good)} of {len(path)} poses failed and are left out; the first "
-                f"is row {bad}: {path.status[bad]}: {path.message(bad)}"
-            )
-            self.notes.append(note)
-            warnings.warn(note, stacklevel=3)
-        poses, texts, worst = self._sample(path, timing, axis if time is not None else None)
-        self._shown = _Shown(path, axis, timing, texts)
-        self._trace(path, good)
-        chosen = timing.rows[np.linspace(0, len(timing.rows) - 1, 12).astype(int)]
-        self._frame([path.q[row] for row in dict.fromkeys(chosen.tolist())])
-        self._move(path.q[good[0]])
-        for name, size in worst.items():
+        self._shown = shown
+        self.notes = [shown.note] if shown.note else []
+        if shown.note:
+            warnings.warn(shown.note, stacklevel=3)
+        self.scene.trace(shown.tips, shown.joined)
+        self._frame(shown.samples)
+        self._move(path.q[shown.timing.rows[0]])
+        for name, size in shown.gaps.items():
             self.scene.colour(name, size)
-        if len(timing.rows) > 1:
-            keys = shapes.Keys(timing.at, poses)
+        if len(shown.timing.rows) > 1:
+            keys = shapes.Keys(shown.timing.at, shown.poses)
             self._recorder.send(SetAnimation(keys, play=True, repetitions=_FOREVER))
 
     def play(
@@ -221,9 +193,7 @@ class Viewer:
             axis = self._shown.time if time is None else time_axis(time, len(path))
         else:
             axis = time_axis(time, len(path))
-        good = np.flatnonzero(path.success)
-        if not len(good):
-            raise InputError("no pose of the path succeeded")
+        good = good_rows(path)
         self.connect()
         self._recorder.stop_animation()
         for k in paced((axis[good] - axis[good[0]]) / rate):
@@ -271,22 +241,15 @@ class Viewer:
 
     def gaps(self) -> dict[str, float]:
         """Loop name -> gap [m] of the pose on show; an angle counts as length · angle."""
-        return self._gaps(self._kinematics(self._q))
-
-    def _gaps(self, data: pin.Data) -> dict[str, float]:
-        size = self.mechanism.length
-        return {
-            name: gap(loop, relative_placement(loop, data), size)
-            for name, loop in self.mechanism.loops.items()
-        }
+        return loop_gaps(self.mechanism, self._kinematics(self._q))
 
     def _lines(self) -> list[str]:
-        lines = []
         if self._shown is None:
-            lines.append(self.scene.readout(self._q, self._kinematics(self._q)))
+            lines = [self.scene.readout(self._q, self._kinematics(self._q))]
+            gaps = self.gaps()
         else:
-            lines.append(self._shown.timing.describe())
-        name, size = max(self.gaps().items(), key=lambda item: item[1])
+            lines, gaps = [self._shown.timing.describe()], self._shown.gaps
+        name, size = max(gaps.items(), key=lambda item: item[1])
         count = len(self.mechanism.loops)
         lines.append(f"{count} loop closures (dots), largest gap {size:.1e} m ({name})")
         lines.append(f"magenta: platform normal; grid: {1e3 * self._pitch:g} mm")
@@ -301,42 +264,12 @@ class Viewer:
         self.bodies.display(self._q)
         self.scene.place(self.bodies.data)
 
-    def _moving(self, data: pin.Data) -> dict[str, pin.SE3]:
-        model = self.mechanism.model
-        bodies = {self.bodies.body_node(j): data.oMi[j] for j in range(1, model.njoints)}
-        return {**bodies, **self.scene.moving(data)}
-
-    def _sample(
-        self, path: Path, timing: Timing, time: Array | None
-    ) -> tuple[dict[str, Array], list[str], dict[str, float]]:
-        """Keyframes by node, the outputs as text, and the largest gap [m] of each loop."""
-        poses: dict[str, list[Array]] = {}
-        texts, worst = [], dict.fromkeys(self.mechanism.loops, 0.0)
-        for row in timing.rows:
-            data = self._kinematics(path.q[row])
-            for node, pose in self._moving(data).items():
-                poses.setdefault(f"/meshcat/{node}", []).append(pin.SE3ToXYZQUAT(pose))
-            for name, size in self._gaps(data).items():
-                worst[name] = max(worst[name], size)
-            when = f"row {row}" if time is None else f"t = {time[row]:.6g} s"
-            texts.append(f"{when}:  {self.scene.readout(path.q[row], data)}")
-        return {node: np.array(values) for node, values in poses.items()}, texts, worst
-
-    def _trace(self, path: Path, good: Array) -> None:
-        rows = good[:: max(1, -(-len(good) // _TRACE_POINTS))]
-        if rows[-1] != good[-1]:
-            rows = np.append(rows, good[-1])
-        tip = np.array([0.0, 0.0, self.scene.arrow])
-        tips = [self.scene.platform(self._kinematics(path.q[row])).act(tip) for row in rows]
-        self.scene.trace(np.array(tips), joined_rows(np.asarray(path.success), rows))
-
     def _frame(self, poses: Sequence[Any]) -> None:
         """Point the camera at the bodies in some poses, the normal's arrow included."""
         points = []
         for q in poses:
             points.append(self._points(q))
-            tip = np.array([0.0, 0.0, self.scene.arrow])
-            points.append(self.scene.platform(self.bodies.data).act(tip)[None])
+            points.append(self.scene.tip(self.bodies.data)[None])
         self._pitch = self.scene.frame(np.vstack(points))
         self._framed = True
 

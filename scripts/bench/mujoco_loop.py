@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import mujoco
 import numpy as np
 import pinocchio as pin

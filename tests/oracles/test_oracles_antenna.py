@@ -364,7 +364,7 @@ def newton_from_everywhere(
 
 CASES: list[tuple[Dimensions, tuple[int, int], tuple[float, float], int]] = [
     (TABLE1, (0, 1), (math.radians(30), math.radians(60)), 2),
-    (TABLE1, (0, 1), (0.6893, 0.6893), 2),
+    (TABLE1, (0, 1), (0.6893, 0.6893), 4),
     (TABLE1, (1, 2), (0.7, 0.7), 4),
     (TABLE1, (1, 2), (1.722, 1.6824), 6),
     (TABLE1, (1, 2), (1.7, 1.7), 6),  # mirror image cranks: D = 0 at alpha = 0
