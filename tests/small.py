@@ -326,6 +326,7 @@ def parallelogram() -> Small:
 
 _A, _B, _C, _D = (0.0, 0.0, 0.0), (0.1, 0.05, 0.12), (0.35, 0.2, 0.25), (0.4, 0.3, 0.0)
 _TILT, _CROSS = (0.2, -0.3, 0.93), (0.8, 0.6, 0.1)
+_AXES = {"U": _CROSS, "P": _CROSS, "C": (1.0, -0.5, 0.3), "E": (0.2, 0.3, 1.0)}
 
 
 def spatial(letters: str, cut: int, *, closure: str | None = None, mobility: int = 1) -> Small:
@@ -337,7 +338,7 @@ def spatial(letters: str, cut: int, *, closure: str | None = None, mobility: int
     across = np.cross(_CROSS, (0.3, -0.4, 0.9))
     joints = []
     for k, letter in enumerate(letters):
-        axis = _CROSS if letter == "U" else (X, (0.1, 0.9, 0.4), _CROSS, _TILT)[min(k, 3)]
+        axis = _AXES.get(letter, (X, (0.1, 0.9, 0.4), _CROSS, _TILT)[min(k, 3)])
         joints.append(Joint(letter, (_A, _B, _C, _D)[min(k, 3)], _unit(axis), _unit(across)))
     name = f"{letters.lower()}_{cut}" + (f"_{closure}" if closure else "")
     return ring(name, joints, cut=cut, mobility=mobility, platform=2, closure=closure)
@@ -435,7 +436,7 @@ GOOD: dict[str, Callable[[], Small]] = {
         lambda: spatial("RSUR", 3),  # revolute
         lambda: spatial("RSCR", 2),  # cylindrical
         lambda: spatial("RSPU", 2),  # prismatic
-        lambda: spatial("RSE", 2),  # planar
+        lambda: spatial("RUPE", 3),  # planar
         lambda: spatial("RSURF", 4),  # fixed
     )
 }

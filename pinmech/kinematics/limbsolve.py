@@ -37,12 +37,14 @@ class LimbAnswer:
         message: the reason when it is not ok, without the pose.
         values: (n_free,) values of the limb's free coordinates, None when not ok.
         iterations: linear systems solved.
+        short: by how much the limb falls short when ``unreachable`` [m], else 0.
     """
 
     status: str
     message: str
     values: Array | None
     iterations: int
+    short: float = 0.0
 
 
 def starts(mechanism: Mechanism, free: Array, centre: Array, count: int) -> Array:
@@ -125,9 +127,9 @@ def solve_limb(
         # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
         message = f"limb {block.limb} is on the edge of its reach and did not converge"
         return LimbAnswer("not_converged", message, None, count)
-    short = 1e3 * best * mechanism.length
-    message = f"limb {block.limb} cannot reach: {short:.4g} mm short"
-    return LimbAnswer("unreachable", message, None, count)
+    short = best * mechanism.length
+    message = f"limb {block.limb} cannot reach: {1e3 * short:.4g} mm short"
+    return LimbAnswer("unreachable", message, None, count, short)
 
 
 def limit_breaches_of(mechanism: Mechanism, q: Array, coordinates: Array) -> list[str]:

@@ -55,6 +55,4 @@ def closed_walks(
 def nearby(mechanism: Mechanism) -> tuple[Array, ...]:
     """A dozen closed joint values (nq,) around home, home first."""
     with mechanism.scratch() as system:
-        return tuple(
-            q.copy() for q in closed_walks(mechanism, system, walks=4, steps=3, step=0.08)
-        )
+        return tuple(q.copy() for q in closed_walks(mechanism, system, walks=4, steps=3, step=0.08))

@@ -18,8 +18,6 @@ Array = np.ndarray
 EXAMPLE = (30.0, 60.0)
 #: Arm angles of the platform of Table 2 with more than four solutions [deg].
 MANY = (-155.0, 100.0)
-#: Grid of the curves F_i = 0 over a whole turn of alpha and beta.
-GRID = np.deg2rad(np.arange(-180.0, 180.1, 4.0))
 
 
 @dataclass(frozen=True)
@@ -36,11 +34,17 @@ class Found:
 
 
 class Curves:
-    """The curves F_1 = 0 and F_2 = 0 over (alpha, beta), from the open tree of the model."""
+    """The curves F_1 = 0 and F_2 = 0 over (alpha, beta), from the open tree of the model.
 
-    def __init__(self, mechanism: pm.Mechanism) -> None:
+    Args:
+        mechanism: the antenna.
+        step: of the grid over a whole turn of alpha and beta [deg].
+    """
+
+    def __init__(self, mechanism: pm.Mechanism, step: float = 4.0) -> None:
         self.mechanism, self.open = mechanism, OpenArms(mechanism)
-        self.b = self.open.grid_b((1, 2), GRID)
+        self.grid = np.deg2rad(np.arange(-180.0, 180.1, step))
+        self.b = self.open.grid_b((1, 2), self.grid)
 
     def values(self, degrees: tuple[float, float]) -> Array:
         """(2, n, n) F_1 and F_2 [mm²] on the grid for two arm angles [deg]."""
@@ -56,12 +60,12 @@ class Curves:
         cells = [signs[:, i : i + signs.shape[1] - 1, j : j + signs.shape[2] - 1]
                  for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))]
         mixed = np.any(cells, axis=0) & ~np.all(cells, axis=0)
-        middle = 0.5 * (GRID[1] - GRID[0])
+        middle = 0.5 * (self.grid[1] - self.grid[0])
         found: list[Array] = []
         for i, j in np.argwhere(mixed[0] & mixed[1]):
             run = root(lambda x: [self.open.loop(arm, x[0], x[1], theta[arm - 1])
                                   for arm in (1, 2)],
-                       (GRID[i] + middle, GRID[j] + middle), tol=1e-13)
+                       self.grid[[i, j]] + middle, tol=1e-13)
             if np.abs(run.fun).max() > 1e-6:
                 continue
             point = (run.x + np.pi) % (2 * np.pi) - np.pi

@@ -76,10 +76,10 @@ def equal(ax: Any, points: Array, labels: str = "{} [mm]") -> None:
         getattr(ax, f"set_{name}label")(labels.format(name))
         getattr(ax, f"{name}axis").set_major_locator(_few_ticks())
         ax.tick_params(labelsize="small")
-    ax.set_box_aspect((1, 1, 1), zoom=0.9)
+    ax.set_box_aspect((1, 1, 1), zoom=0.95)
 
 
 def _few_ticks() -> Any:
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(4)
+    return MaxNLocator(3)

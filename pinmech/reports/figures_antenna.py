@@ -9,7 +9,7 @@ import numpy as np
 
 import pinmech as pm
 from pinmech.reports.antenna import SWEEP, SWEEP_RATE, sweep_paths
-from pinmech.reports.antenna_forward import EXAMPLE, GRID, Curves
+from pinmech.reports.antenna_forward import EXAMPLE, Curves
 from pinmech.reports.antenna_model import points
 from pinmech.reports.antenna_singular import meetings, singular_state
 from pinmech.reports.figures import COLOURS, axes3d, equal, new_figure, polyline, save, tidy
@@ -21,7 +21,7 @@ ARMS = ("arm1", "arm2", "arm3")
 def draw(folder: Path) -> list[Path]:
     """Write the figures of the antenna paper into a folder."""
     mechanism = pm.load("antenna_3rsu")
-    curves = Curves(mechanism)
+    curves = Curves(mechanism, step=2.0)
     states = curves.solve(EXAMPLE).states
     return [
         _figure4(folder, curves, states),
@@ -35,7 +35,7 @@ def draw(folder: Path) -> list[Path]:
 def _figure4(folder: Path, curves: Curves, states: list[pm.ClosedState]) -> Path:
     figure = new_figure(6.4, 5.2)
     ax = figure.add_subplot()
-    degrees = np.rad2deg(GRID)
+    degrees = np.rad2deg(curves.grid)
     for k, values in enumerate(curves.values(EXAMPLE)):
         ax.contour(degrees, degrees, values.T, levels=[0.0], colors=[COLOURS[k]])
         ax.plot([], [], color=COLOURS[k], label=f"arm {k + 1} closed, θ{k + 1} = {EXAMPLE[k]:g}°")
@@ -45,8 +45,8 @@ def _figure4(folder: Path, curves: Curves, states: list[pm.ClosedState]) -> Path
         ax.annotate(f"({a:.2f}°, {b:.2f}°)", (a, b), (8, -14), textcoords="offset points")
     tidy(ax, "α [deg]", "β [deg]", "Figure 4: where each arm closes; both do at the dots")
     ax.set_xlim(-125, 125)
-    ax.set_ylim(-50, 110)
-    ax.legend(frameon=False, loc="upper right")
+    ax.set_ylim(-130, 115)
+    ax.legend(frameon=False, loc="upper left")
     return save(figure, folder, "antenna_fig4.png")
 
 
@@ -127,7 +127,7 @@ def _figure8(folder: Path, mechanism: pm.Mechanism, states: list[pm.ClosedState]
         ax.set_ylabel("θ2 [deg]")
         ax.set_zlabel(f"{name} [deg]")
         ax.set_box_aspect(None, zoom=0.85)
-        ax.view_init(25, -125)
+        ax.view_init(28, -50)
     figure.suptitle("Figure 8: platform angles over two arm angles; dot: solution of Figure 4")
     return save(figure, folder, "antenna_fig8.png")
 
@@ -137,7 +137,7 @@ def _figure11(folder: Path, state: pm.ClosedState) -> Path:
     met = meetings(state)[1]
     centre = state.platform.translation * 1e3
     c, b = points(state)[2][1], points(state)[1][1]
-    figure = new_figure(7.6, 6.2)
+    figure = new_figure(7.0, 5.4)
     ax = axes3d(figure, 1, 1, 1)
     every = _skeleton(ax, state)
     along = np.array([-230.0, 230.0])[:, None] * axis

@@ -47,8 +47,14 @@ class Recorder:
             gone = [k for k in self._commands if k[1] == path or k[1].startswith(inside)]
             for key in gone:
                 del self._commands[key]
+        elif kind == "set_object":  # the new object has none of the old one's properties
+            for key in [k for k in self._commands if k[:2] == ("set_property", path)]:
+                del self._commands[key]
+        key = (kind, path, data.get("property", ""))
+        if kind == "set_property" and self._commands.get(key) == data:
+            return  # meshcat's server would keep every repetition
         if kind in _ORDER:
-            self._commands[kind, path, data.get("property", "")] = data
+            self._commands[key] = data
         if self.window is not None:
             self.window.send(command)
 

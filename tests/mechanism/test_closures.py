@@ -486,7 +486,7 @@ def test_forces_do_no_work_on_feasible_motions() -> None:
 # --- as Pinocchio's own constraint models -------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["rsur_3", "rsur_2", "rscr_2", "rspu_2", "rse_2", "rsurf_4"])
+@pytest.mark.parametrize("name", ["rsur_3", "rsur_2", "rscr_2", "rspu_2", "rupe_3", "rsurf_4"])
 def test_constraint_models_give_the_same_rows(name: str) -> None:
     """What ``constraint_models`` and ``constraint_rows`` promise to people who use Pinocchio."""
     mech = GOOD[name]().load()

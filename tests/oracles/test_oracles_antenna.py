@@ -394,8 +394,8 @@ def test_forward_all_counts_every_zero_of_the_eliminant() -> None:
     for dim, arms in itertools.product((TABLE1, TABLE2), ((0, 1), (0, 2))):
         for _ in range(60):
             theta = rng.uniform(-math.pi, math.pi, 2)
-            got = oracle.forward_all(dim, *theta, arms=arms)
-            f = oracle.eliminant(dim, *theta, grid, arms=arms)
+            got = oracle.forward_all(dim, theta[0], theta[1], arms=arms)
+            f = oracle.eliminant(dim, theta[0], theta[1], grid, arms=arms)
             assert len(got) == np.count_nonzero(np.sign(f[1:]) != np.sign(f[:-1]))
             cranks = np.zeros((len(got), 3))
             cranks[:, list(arms)] = theta

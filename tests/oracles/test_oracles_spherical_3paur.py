@@ -162,7 +162,7 @@ def newton_on_rotations(phi: Array, starts: Array) -> list[Array]:
         jac_t = np.swapaxes(jac, -1, -2)
         lhs = jac_t @ jac + 1e-12 * np.eye(3)
         step = -np.linalg.solve(lhs, jac_t @ f[..., None])[..., 0]
-        step *= np.minimum(1.0, 0.5 / np.linalg.norm(step, axis=-1))[:, None]
+        step *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(step, axis=-1), 1e-12))[:, None]
         r = oracle.exp(step) @ r
     good = r[np.abs(residual(r, phi)).max(axis=-1) < 1e-12]
     found: list[Array] = []
@@ -217,7 +217,7 @@ def test_lock_surface_leads_to_a_full_lock() -> None:
     assert abs(oracle.lock_surface(phi)) < 1e-15
     psi = oracle.crank_angles(phi)
     assert ((psi > 0) & (psi < math.pi)).all()
-    near = oracle.forward_all(phi + [0, 0, 1e-6])
+    near = oracle.forward_all(phi + np.array([0.0, 0.0, 1e-6]))
     gaps = np.abs(near[:, None] - oracle.full_lock()[None]).max(axis=(2, 3))
     assert gaps.min(axis=1).max() < 1e-5
     # at least one of the angles of home must be off the surface
