@@ -288,9 +288,7 @@ def free_body(closure: str) -> Small:
     joints = [Joint("P", (0, 0, 0), axis) for axis in (X, Y, Z)]
     joints += [Joint("S", (0, 0, 0)), Joint(letter, (0, 0, 0), Z, X)]
     name = f"free_body_{closure}"
-    return ring(
-        name, joints, cut=4, mobility=FREEDOMS[letter], platform=4, moves=("j3_2",)
-    )
+    return ring(name, joints, cut=4, mobility=FREEDOMS[letter], platform=4, moves=("j3_2",))
 
 
 def wedge() -> Small:

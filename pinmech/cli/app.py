@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import webbrowser
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 import pinmech as pm
 from pinmech.cli import values as typed
+from pinmech.cli.arguments import (
+    Joints,
+    Json,
+    Modes,
+    Name,
+    NoLimits,
+    Outputs,
+    print_answer,
+    print_json,
+    read_modes,
+    read_outputs,
+    read_pose,
+)
 from pinmech.errors import InputError
-from pinmech.kinematics.solution import Solution
-from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.loading import find_description, read_file
-from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.spec import json_schema
 from pinmech.show import console as show
 from pinmech.show import records
@@ -29,27 +38,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-Name = Annotated[
-    str, typer.Argument(metavar="NAME", help="A built-in mechanism, or a description file.")
-]
-Outputs = Annotated[
-    list[str] | None,
-    typer.Argument(metavar="OUTPUT=VALUE", help="Outputs in deg or mm, or as 0.1rad, 0.012m."),
-]
-Modes = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--mode",
-        metavar="LIMB=SIGN",
-        help="Working mode of a limb: 1 as at home, -1 the other one. May be repeated.",
-    ),
-]
-NoLimits = Annotated[bool, typer.Option("--no-limits", help="Leave joint limits out of account.")]
-Joints = Annotated[bool, typer.Option("--joints", help="List all joints, passive ones too.")]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print JSON instead: SI units and radians, all digits.")
-]
 
 
 @app.callback(invoke_without_command=True)
@@ -69,6 +57,7 @@ def root(
       pinmech inverse antenna_3rsu alpha=10 beta=5
       pinmech forward antenna_3rsu arm1=30 arm2=60
       pinmech singularity antenna_3rsu alpha=10 beta=5 --drive 12
+      pinmech mobility antenna_3rsu
       pinmech size antenna_relay --out out
       pinmech view antenna_3rsu alpha=10 beta=5 --out page.html
 
@@ -88,7 +77,7 @@ def list_command(as_json: Json = False) -> None:
     """List the built-in mechanisms."""
     titles = {n: read_file(find_description(n)).mechanism.title for n in pm.mechanisms()}
     if as_json:
-        _print_json([{"name": name, "title": title} for name, title in titles.items()])
+        print_json([{"name": name, "title": title} for name, title in titles.items()])
     else:
         console().print(show.table(("name", "title"), titles.items(), ()))
 
@@ -98,7 +87,7 @@ def info(name: Name, as_json: Json = False) -> None:
     """Say what a mechanism is: outputs, actuators, drives, loops, limbs, home."""
     mechanism = pm.load(name)
     if as_json:
-        _print_json(records.info_record(mechanism))
+        print_json(records.info_record(mechanism))
     else:
         show.print_info(mechanism, console())
 
@@ -121,9 +110,9 @@ def inverse(
     pinmech inverse antenna_3rsu alpha=0.4rad beta=-12.6 --mode arm1=-1
     """
     mechanism = pm.load(name)
-    target = _outputs(mechanism, outputs)
-    solution = pm.inverse(mechanism, target, mode=_modes(mode), limits=not no_limits)
-    _report(mechanism, solution, joints=joints, as_json=as_json)
+    target = read_outputs(mechanism, outputs)
+    solution = pm.inverse(mechanism, target, mode=read_modes(mode), limits=not no_limits)
+    print_answer(mechanism, solution, joints=joints, as_json=as_json)
 
 
 @app.command()
@@ -149,7 +138,7 @@ def forward(
     angular = {n: not a.prismatic for n, a in mechanism.actuators.items()}
     given = typed.quantities(actuators or [], angular, "actuator")
     solution = pm.forward(mechanism, given, limits=not no_limits)
-    _report(mechanism, solution, joints=joints, as_json=as_json)
+    print_answer(mechanism, solution, joints=joints, as_json=as_json)
 
 
 @app.command()
@@ -173,12 +162,41 @@ def singularity(
     """
     mechanism = pm.load(name)
     mechanism.drive(drive)
-    state = _pose(mechanism, outputs, mode, no_limits)
+    state = read_pose(mechanism, outputs, mode, no_limits)
     found = pm.singularity(state, drive=drive)
     if as_json:
-        _print_json(records.singularity_record(state, found))
+        print_json(records.singularity_record(state, found))
     else:
         show.print_singularity(state, found, console())
+
+
+@app.command()
+def mobility(
+    name: Name,
+    outputs: Outputs = None,
+    lock: Annotated[
+        list[str] | None,
+        typer.Option("--lock", metavar="JOINT", help="Take this joint as welded. May be repeated."),
+    ] = None,
+    mode: Modes = None,
+    no_limits: NoLimits = False,
+    as_json: Json = False,
+) -> None:
+    """How many ways a pose can move, from the rank of its loop closures; limb by limb.
+
+    Without outputs: at home.
+
+    \b
+    pinmech mobility spherical_3paur
+    pinmech mobility antenna_3rsu alpha=10 beta=5 --lock arm1
+    """
+    mechanism = pm.load(name)
+    state = read_pose(mechanism, outputs, mode, no_limits)
+    found, screws = pm.mobility(state, locked=lock or ()), pm.limb_screws(state)
+    if as_json:
+        print_json(records.mobility_record(state, found, screws))
+    else:
+        show.print_mobility(state, found, screws, console())
 
 
 @app.command()
@@ -232,11 +250,11 @@ def view(
 
     mechanism = pm.load(name)
     if trajectory is None:
-        viewer = pm.view(_pose(mechanism, outputs, mode, no_limits))
+        viewer = pm.view(read_pose(mechanism, outputs, mode, no_limits))
     elif outputs:
         raise InputError("give either outputs or --trajectory, not both")
     else:
-        viewer = view_trajectory(mechanism, trajectory, mode=_modes(mode), limits=not no_limits)
+        viewer = view_trajectory(mechanism, trajectory, mode=read_modes(mode), limits=not no_limits)
     for note in viewer.notes:
         sys.stderr.write(f"pinmech: {note}\n")
     page = viewer.write_html(out or Path(f"{mechanism.name}.html"))
@@ -252,39 +270,4 @@ def schema() -> None:
     \b
     pinmech schema > mechanism.schema.json
     """
-    _print_json(json_schema())
-
-
-def _outputs(mechanism: Mechanism, texts: list[str] | None) -> dict[str, float]:
-    angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
-    return typed.quantities(texts or [], angular, "output")
-
-
-def _modes(texts: list[str] | None) -> dict[str, int] | None:
-    return typed.modes(texts or [])
-
-
-def _pose(
-    mechanism: Mechanism, outputs: list[str] | None, mode: list[str] | None, no_limits: bool
-) -> ClosedState:
-    """The state at given outputs; home when nothing is given."""
-    signs = _modes(mode)
-    target = _outputs(mechanism, outputs)
-    if not target:
-        if signs is None:
-            return mechanism.home
-        target = dict(mechanism.home.outputs)
-    return pm.inverse(mechanism, target, mode=signs, limits=not no_limits).unwrap()
-
-
-def _report(mechanism: Mechanism, solution: Solution, *, joints: bool, as_json: bool) -> None:
-    if as_json:
-        _print_json(records.solution_record(mechanism, solution))
-    state = solution.unwrap()
-    if not as_json:
-        assert state is solution.state
-        show.print_solution(solution, console(), joints=joints)
-
-
-def _print_json(data: Any) -> None:
-    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+    print_json(json_schema())

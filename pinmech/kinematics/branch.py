@@ -217,13 +217,16 @@ def state_signs(state: ClosedState) -> Array:
     home. Remembered with the state, which never changes."""
     found = state.__dict__.get("_signs")
     if found is None:
-        mechanism = state.mechanism
-        with mechanism.scratch() as system:
-            system.evaluate(state.q)
-            signs = np.sign(determinants(mechanism, system))
-        found = np.where(signs == 0, home_signs(mechanism), signs)
-        state.__dict__["_signs"] = found
+        found = state.__dict__["_signs"] = _signs_at(state)
     return found
+
+
+def _signs_at(state: ClosedState) -> Array:
+    mechanism = state.mechanism
+    with mechanism.scratch() as system:
+        system.evaluate(state.q)
+        signs = np.sign(determinants(mechanism, system))
+    return np.where(signs == 0, home_signs(mechanism), signs)
 
 
 def mode_of(state: ClosedState) -> dict[str, int | None]:
@@ -236,7 +239,8 @@ def mode_of(state: ClosedState) -> dict[str, int | None]:
     for block in blocks(mechanism):
         if block.empty:
             mode[block.limb] = 1
-    relative = state_signs(state) * home_signs(mechanism)
+    # From the joint values, not from what a solver asked for: next to a boundary they may differ.
+    relative = _signs_at(state) * home_signs(mechanism)
     for block, sign in zip(labelled(mechanism), relative, strict=True):
         mode[block.limb] = int(sign) if sign else None
     return mode
@@ -251,6 +255,8 @@ def wanted_signs(mechanism: Mechanism, mode: Mapping[str, int] | None, guess: Cl
     """
     home = home_signs(mechanism)
     at_guess = home if guess is mechanism.home else state_signs(guess)
+    if not isinstance(mode, Mapping | None):
+        raise InputError(f"mode must map limbs to +1 or -1, is {mode!r}")
     if not mode:
         return at_guess
     signs = at_guess.copy()

@@ -24,6 +24,8 @@ Array = np.ndarray
 
 _STARTS = 24
 _MINIMA = 8
+#: After so many starts without any solution it is asked whether there is one at all.
+_DOUBTFUL = 2
 #: A determinant this much smaller than at home belongs to both modes, which meet there.
 _MEETING = 1e-5
 
@@ -84,14 +86,23 @@ def solve_limb(
     problem = Problem(mechanism, block.free, rows=block.rows, pose=pose)
     count, beyond, elsewhere = 0, "", False
     meeting: Array | None = None
+    converged = False
     tried = starts(mechanism, block.free, q[block.free], _STARTS)
-    for start in tried:
+    for number, start in enumerate(tried):
+        if number == _DOUBTFUL and not converged:
+            short, steps = _shortfall(problem, system, q, tried[:_MINIMA])
+            count += steps
+            if short > 1e-9:
+                message = f"limb {block.limb} cannot reach: {1e3 * short * problem.length:.4g} mm"
+                size = short * problem.length
+                return LimbAnswer("unreachable", f"{message} short", None, count, size)
         trial = q.copy()
         trial[block.free] = start
         run = newton(problem, system, trial, iterations=40)
         count += run.iterations
         if not run.converged:
             continue
+        converged = True
         wrap_towards(mechanism, trial, q, block.free)
         breaches = [] if not limits else limit_breaches_of(mechanism, trial, block.free)
         found = determinant(mechanism, system, block) if sign is not None else 0.0
@@ -114,22 +125,25 @@ def solve_limb(
     if elsewhere:
         message = f"limb {block.limb} reaches this pose only in its other working mode"
         return LimbAnswer("wrong_mode", message, None, count)
+    # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
+    message = f"limb {block.limb} is on the edge of its reach and did not converge"
+    return LimbAnswer("not_converged", message, None, count)
+
+
+def _shortfall(
+    problem: Problem, system: ClosureSystem, q: Array, tried: Array
+) -> tuple[float, int]:
+    """How near the limb comes to closing (scaled), and how many searches that took."""
     best, closest = np.inf, q
-    for start in tried[:_MINIMA]:
+    for number, start in enumerate(tried):
         trial = q.copy()
-        trial[block.free] = start
-        left = minimise(problem, system, trial, iterations=60)
+        trial[problem.free] = start
+        left = minimise(problem, system, trial, iterations=60, stall=1e-4)
+        if left <= 1e-9:
+            return 0.0, number + 1
         if left < best:
             best, closest = left, trial
-        count += 1
-    best = nearest(problem, system, closest)
-    if best <= 1e-9:
-        # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
-        message = f"limb {block.limb} is on the edge of its reach and did not converge"
-        return LimbAnswer("not_converged", message, None, count)
-    short = best * mechanism.length
-    message = f"limb {block.limb} cannot reach: {1e3 * short:.4g} mm short"
-    return LimbAnswer("unreachable", message, None, count, short)
+    return nearest(problem, system, closest), len(tried)
 
 
 def limit_breaches_of(mechanism: Mechanism, q: Array, coordinates: Array) -> list[str]:

@@ -11,8 +11,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from pinmech.errors import InputError
-from pinmech.kinematics.arguments import guess_state, matrix
+from pinmech.kinematics.arguments import guess_state, matrix, numbers
 from pinmech.kinematics.branch import Block, fully_labelled, labelled, wanted_signs
 from pinmech.kinematics.position import CONSISTENT, ForwardSolver, InverseSolver, output_rows
 from pinmech.kinematics.solution import Path, Solution
@@ -98,9 +97,7 @@ def forward_path(
     """
     names = mechanism.drive(drive)
     every = tuple(mechanism.actuators)
-    values = np.asarray(actuators, dtype=float) if not isinstance(actuators, dict) else None
-    if values is None:
-        raise InputError("actuators must be an (N, n) array")
+    values = numbers(actuators, "actuator")
     if values.ndim == 2 and values.shape[1] == len(every) != len(names):
         values = values[:, [every.index(name) for name in names]]
     targets = matrix(values, names, "actuator")

@@ -112,7 +112,13 @@ class InverseSolver:
             count = run.iterations
             if run.converged and self._accept(q, start, strict=True):
                 return self._finish(q, count)
-        tracked = None
+        tracked, alone = None, None
+        if separates(mechanism) and max(len(block.free) for block in blocks(mechanism)) <= 3:
+            # Small limbs: a few searches settle whether they reach at all, before a continuation
+            # runs into the boundary with ever smaller steps.
+            alone = self._by_limb(target, start, count)
+            if alone.status == "unreachable":
+                return alone
         if not separates(mechanism) and not self._same_mode(start):
             other = self._remode(start)
             if other is None:
@@ -127,6 +133,8 @@ class InverseSolver:
                 wrap_towards(mechanism, q, start, self.free)
                 if self._accept(q, start, strict=False):
                     return self._finish(q, count)
+        if alone is not None:
+            return alone
         if separates(mechanism):
             return self._by_limb(target, start, count)
         beyond = limit_breaches(mechanism, tracked.q) if tracked and tracked.arrived else []

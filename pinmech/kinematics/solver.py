@@ -188,6 +188,7 @@ def minimise(
     *,
     iterations: int = 100,
     effort: Array | None = None,
+    stall: float = 1e-14,
 ) -> float:
     """Levenberg–Marquardt in place from q; returns the scaled residual that remains.
 
@@ -196,10 +197,11 @@ def minimise(
 
     Args:
         effort: (n_free,) how reluctantly each coordinate moves, 1 = as usual.
+        stall: stop when a step gains less than this part of the squared residual.
     """
     length, free = problem.length, problem.free
     metric = problem.weights if effort is None else problem.weights * effort
-    damping = 1e-2
+    damping, identity = 1e-2, length**2 * np.eye(len(free))
     e = problem.residual(system, q)
     cost = float(e.dot(e))
     for _ in range(iterations):
@@ -211,7 +213,7 @@ def minimise(
             break
         improved = False
         for _ in range(12):
-            system_matrix = square + damping * length**2 * np.eye(len(free))
+            system_matrix = square + damping * identity
             _, x, info = lapack.dposv(system_matrix, gradient)
             if info != 0:
                 damping *= 10.0
@@ -224,12 +226,11 @@ def minimise(
             e_trial = problem.residual(system, trial)
             cost_trial = float(e_trial.dot(e_trial))
             if cost_trial < cost:
-                improved = cost - cost_trial > 1e-14 * cost
+                improved = cost - cost_trial > stall * cost
                 q[:], e, cost = trial, e_trial.copy(), cost_trial
                 damping = max(damping * 0.1, 1e-14)
                 break
             damping *= 10.0
-        system.evaluate(q)
         if not improved:
             break
     problem.residual(system, q)

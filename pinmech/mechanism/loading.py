@@ -6,6 +6,7 @@ Pinocchio before it is known to exist.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -20,23 +21,17 @@ from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
 from pinmech.mechanism.closures import ROWS, Frame, Loop
 from pinmech.mechanism.limbs import find_limbs
 from pinmech.mechanism.mechanism import Actuator, Mechanism, Outputs
-from pinmech.mechanism.spec import (
-    OUTPUT_COUNT,
-    ActuatorSpec,
-    Description,
-    FrameSpec,
-    LoopSpec,
-    OutputsSpec,
-)
+from pinmech.mechanism.spec import OUTPUT_COUNT, Description, FrameSpec
 from pinmech.mechanism.urdf import Urdf, read_urdf
 from pinmech.mechanism.yamlfile import (
     Document,
     is_finite,
     parse,
     read_text,
-    salvage,
     structural_faults,
 )
+
+Place = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
@@ -137,12 +132,10 @@ def _build(
     path: Path | None,
     urdf_folder: Path | None,
 ) -> Source:
-    faults = structural_faults(document, Description)
-    faults += _reference_faults(document, urdf)
-    faults += urdf_faults
+    faults = structural_faults(document, Description) + _reference_faults(document, urdf)
     target = path or document.label
-    if faults or urdf is None:
-        raise DescriptionError(target, _unique(faults))
+    if faults or urdf_faults or urdf is None:
+        raise DescriptionError(target, _in_order(faults) + _in_order(urdf_faults))
     description = Description.model_validate(document.data)
     try:
         model = pin.buildModelFromXML(urdf.text)
@@ -184,8 +177,14 @@ def _model_faults(document: Document, mechanism: Mechanism) -> list[Fault]:
     return faults
 
 
-def _unique(faults: Iterable[Fault]) -> list[Fault]:
-    return list(dict.fromkeys(faults))
+def _in_order(faults: Iterable[Fault]) -> list[Fault]:
+    """Each fault of one file once, in the order of its lines."""
+
+    def line(fault: Fault) -> int:
+        found = re.search(r":([0-9]+)(?: |$)", fault.where)
+        return int(found[1]) if found else 0
+
+    return sorted(dict.fromkeys(faults), key=line)
 
 
 def _reference_faults(document: Document, urdf: Urdf | None) -> list[Fault]:
@@ -195,64 +194,67 @@ def _reference_faults(document: Document, urdf: Urdf | None) -> list[Fault]:
     def fault(message: str, *location: str | int) -> None:
         faults.append(Fault(document.place(location), message))
 
-    def check(kind: str, name: Any, known: Iterable[str], *location: str | int) -> None:
-        known = list(known)
-        if isinstance(name, str) and name and name not in known:
-            fault(f"unknown {kind} {name!r}; {suggest(name, known)}", *location)
+    def check(kind: str, name: Any, existing: Iterable[str], *location: str | int) -> None:
+        existing = list(existing)
+        if isinstance(name, str) and name and name not in existing:
+            fault(f"unknown {kind} {name!r}; {suggest(name, existing)}", *location)
 
-    def items(key: str, model: type) -> list[tuple[int, Any]]:
-        entries = data.get(key)
-        pairs = enumerate(entries) if isinstance(entries, list) else ()
-        return [(k, good) for k, entry in pairs if (good := salvage(model, entry)) is not None]
+    def entries(key: str) -> list[tuple[int, dict[str, Any]]]:
+        found = data.get(key)
+        pairs = enumerate(found) if isinstance(found, list) else ()
+        return [(k, entry) for k, entry in pairs if isinstance(entry, dict)]
 
-    def duplicates(kind: str, names: list[tuple[tuple[str | int, ...], str]]) -> None:
-        counts = Counter(name for _, name in names)
-        for location, name in names:
+    def names(pairs: Iterable[tuple[Place, Any]], kind: str) -> list[str]:
+        listed = [(place, name) for place, name in pairs if isinstance(name, str) and name]
+        counts = Counter(name for _, name in listed)
+        for place, name in listed:
             if counts[name] > 1:
-                fault(f"duplicate {kind} name {name!r}", *location)
+                fault(f"duplicate {kind} name {name!r}", *place)
+        return list(counts)
 
-    loops, actuators = items("loops", LoopSpec), items("actuators", ActuatorSpec)
-    outputs = salvage(OutputsSpec, data.get("outputs"))
-    duplicates("loop", [(("loops", k, "name"), loop.name) for k, loop in loops])
-    duplicates("actuator", [(("actuators", k, "name"), a.name) for k, a in actuators])
-    duplicates("driven joint", [(("actuators", k, "joint"), a.joint) for k, a in actuators])
+    # Entries that have faults of their own are looked at too, as far as they can be read.
+    loops, actuators, outputs = entries("loops"), entries("actuators"), data.get("outputs")
+    names(((("loops", k, "name"), loop.get("name")) for k, loop in loops), "loop")
+    known = names(((("actuators", k, "name"), a.get("name")) for k, a in actuators), "actuator")
+    names(((("actuators", k, "joint"), a.get("joint")) for k, a in actuators), "driven joint")
     for k, actuator in actuators:
-        if actuator.scale == 0.0:
+        if is_finite(actuator.get("scale")) and actuator["scale"] == 0.0:
             fault("scale must not be 0", "actuators", k, "scale")
-    for k, loop in loops:
-        if loop.frames[0] == loop.frames[1]:
+    frames: list[tuple[int, list[Any]]] = [
+        (k, loop["frames"]) for k, loop in loops if isinstance(loop.get("frames"), list)
+    ]
+    for k, pair in frames:
+        if len(pair) == 2 and pair[0] == pair[1]:
             fault("the two frames of a loop are the same", "loops", k, "frames")
-    if outputs is not None:
-        duplicates("output", [(("outputs", "names", k), n) for k, n in enumerate(outputs.names)])
-        count = OUTPUT_COUNT.get(outputs.kind, len(outputs.names))
-        if len(outputs.names) != count:
-            fault(
-                f"outputs of kind {outputs.kind} need {count} names, found {len(outputs.names)}",
-                "outputs",
-                "names",
-            )
-    names = [a.name for _, a in actuators]
+    outputs = outputs if isinstance(outputs, dict) else {}
+    output_names = outputs.get("names")
+    if isinstance(output_names, list):
+        names(((("outputs", "names", k), n) for k, n in enumerate(output_names)), "output")
+        kind = outputs.get("kind")
+        count = OUTPUT_COUNT.get(kind) if isinstance(kind, str) else None
+        if count is not None and len(output_names) != count:
+            message = f"outputs of kind {kind} need {count} names, found {len(output_names)}"
+            fault(message, "outputs", "names")
     drives = data.get("drives")
     for drive, members in (drives if isinstance(drives, dict) else {}).items():
-        if not isinstance(members, list):
-            continue
-        for k, member in enumerate(members):
-            check("actuator", member, names, "drives", drive, k)
-            if members.count(member) > 1:
+        for k, member in enumerate(members if isinstance(members, list) else ()):
+            if isinstance(data.get("actuators"), list):
+                check("actuator", member, known, "drives", drive, k)
+            if isinstance(member, str) and members.count(member) > 1:
                 fault(f"actuator {member!r} stands twice in drive {drive!r}", "drives", drive, k)
     if urdf is None:
         return faults
 
     moving = urdf.moving()
     check("link", data.get("platform"), urdf.links, "platform")
-    for k, loop in loops:
-        for j, frame in enumerate(loop.frames):
-            link = frame.link if isinstance(frame, FrameSpec) else frame
+    for k, pair in frames:
+        for j, frame in enumerate(pair):
+            link = frame.get("link") if isinstance(frame, dict) else frame
             check("link", link, urdf.links, "loops", k, "frames", j)
     for k, actuator in actuators:
-        check("moving joint", actuator.joint, moving, "actuators", k, "joint")
-    if outputs is not None and outputs.kind == "joints":
-        for k, name in enumerate(outputs.names):
+        check("moving joint", actuator.get("joint"), moving, "actuators", k, "joint")
+    if outputs.get("kind") == "joints" and isinstance(output_names, list):
+        for k, name in enumerate(output_names):
             check("moving joint", name, moving, "outputs", "names", k)
     home = data.get("home")
     for joint, value in (home if isinstance(home, dict) else {}).items():
@@ -261,8 +263,9 @@ def _reference_faults(document: Document, urdf: Urdf | None) -> list[Fault]:
         if found is None or not is_finite(value):
             continue
         low, high = found.lower, found.upper
-        if (low is not None and value < low) or (high is not None and value > high):
-            fault(f"home value {value:g} is outside the limits {low} .. {high}", "home", joint)
+        low, high = _bound(low, -np.inf), _bound(high, np.inf)
+        if not low <= value <= high:
+            fault(f"home value {value:g} is outside the limits {low:g} .. {high:g}", "home", joint)
     return faults
 
 

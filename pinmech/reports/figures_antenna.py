@@ -42,7 +42,8 @@ def _figure4(folder: Path, curves: Curves, states: list[pm.ClosedState]) -> Path
     for state in states:
         a, b = np.rad2deg([state.outputs["alpha"], state.outputs["beta"]])
         ax.plot(a, b, "o", color="black", markersize=5)
-        ax.annotate(f"({a:.2f}°, {b:.2f}°)", (a, b), (8, -14), textcoords="offset points")
+        ax.annotate(f"({a:.2f}°, {b:.2f}°)", (a, b), (10, 8 if b > 20 else -14),
+                    textcoords="offset points")
     tidy(ax, "α [deg]", "β [deg]", "Figure 4: where each arm closes; both do at the dots")
     ax.set_xlim(-125, 125)
     ax.set_ylim(-130, 115)

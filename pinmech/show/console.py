@@ -19,6 +19,8 @@ from pinmech.mechanism.mechanism import Mechanism
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from pinmech.analysis.mobility import Mobility
+    from pinmech.analysis.screws import LimbScrews
     from pinmech.analysis.singularity import Singularity
 
 _KINDS = {
@@ -139,9 +141,8 @@ def _state_table(state: ClosedState, *, joints: bool) -> Table:
 def print_singularity(state: ClosedState, found: Singularity, to: Console) -> None:
     """Kinds, distances and directions of a state's singularities."""
     mechanism = state.mechanism
-    values = np.round(list(state.outputs.values()), 9) + 0.0
     drive = f"drive {found.drive} ({', '.join(mechanism.drive(found.drive))})"
-    print_line(to, f"{mechanism.name} at {describe(mechanism, values)}, {drive}", "bold")
+    print_line(to, f"{_place(state)}, {drive}", "bold")
     rows = [
         (label, f"{getattr(found, kind):.3e}", "singular" if kind in found.kinds else "regular")
         for kind, label in _KINDS.items()
@@ -154,6 +155,39 @@ def print_singularity(state: ClosedState, found: Singularity, to: Console) -> No
     to.print()
     for text in direction_lines(state, found):
         print_line(to, text)
+
+
+def print_mobility(state: ClosedState, found: Mobility, screws: LimbScrews, to: Console) -> None:
+    """Mobility of a state, where it comes from, and the order of each limb's screw system."""
+    locked = f", with {', '.join(found.locked)} locked" if found.locked else ""
+    print_line(to, f"{_place(state)}{locked}", "bold")
+    idle = f" ({', '.join(found.idle_joints)})" if found.idle else ""
+    facts = {
+        "degrees of freedom": f"{found.dof}, of which {found.finite_dof} go on as finite motions",
+        "idle motions": f"{found.idle}{idle}",
+        "joints": str(found.joints),
+        "closure rows": f"{found.rows}, rank {found.rank}",
+        "overconstraint": str(found.overconstraint),
+        "joints - rows": f"{found.kutzbach} (the counting formula)",
+    }
+    for name, text in facts.items():
+        print_line(to, f"{name + ':':<20}{text}")
+    if found.redundant_loops:
+        text = f"not all closure forces follow from the loads: {', '.join(found.redundant_loops)}"
+        print_line(to, text)
+    text = f"singular values up to {found.tolerance:.1e} count as 0; gap {found.gap:.1e}"
+    print_line(to, text, "dim")
+    to.print()
+    rows = [(name, str(s.order), str(s.constraint_order)) for name, s in screws.items()]
+    rows.append(("all limbs together", str(screws.platform.order),
+                 str(screws.platform.constraint_order)))  # fmt: skip
+    to.print(table(("limb", "platform motions", "constraint wrenches"), rows, (1, 2)))
+    print_line(to, "orders of the screw systems, each limb alone, actuators free", "dim")
+
+
+def _place(state: ClosedState) -> str:
+    values = np.round(list(state.outputs.values()), 9) + 0.0
+    return f"{state.mechanism.name} at {describe(state.mechanism, values)}"
 
 
 def direction_lines(state: ClosedState, found: Singularity) -> list[str]:

@@ -80,7 +80,7 @@ _PAGE = """<!DOCTYPE html>
 <style>
 body {{ margin: 0; }}
 #meshcat-pane {{ width: 100vw; height: 100vh; overflow: hidden; }}
-#info {{ position: absolute; left: 0; top: 0; padding: 10px 16px; max-width: 30em;
+#info {{ position: absolute; left: 0; top: 0; padding: 10px 16px; max-width: 36em;
   text-shadow: 0 0 3px #fff, 0 0 3px #fff, 0 0 6px #fff;
   font: 13px/1.4 system-ui, sans-serif; color: #1c2733; pointer-events: none; }}
 #info h1 {{ font-size: 17px; margin: 0 0 4px; font-weight: 600; }}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.mechanism import Mechanism
 
 if TYPE_CHECKING:
+    from pinmech.analysis.mobility import Mobility
+    from pinmech.analysis.screws import LimbScrews
     from pinmech.analysis.singularity import Singularity
 
 
@@ -136,6 +139,22 @@ def singularity_record(state: ClosedState, found: Singularity) -> dict[str, Any]
             "names": {
                 "uncontrollable": list(state.mechanism.outputs),
                 "still": list(state.mechanism.actuators),
+            },
+        }
+    )
+
+
+def mobility_record(state: ClosedState, found: Mobility, screws: LimbScrews) -> dict[str, Any]:
+    """The mobility of a state, and the orders and bases of its limbs' screw systems."""
+    systems = {**screws, "platform": screws.platform}
+    return plain(
+        {
+            "mechanism": state.mechanism.name,
+            "outputs": state.outputs,
+            **{field.name: getattr(found, field.name) for field in fields(found)},
+            "screws": {
+                name: {"order": s.order, "twists": s.twists.T, "wrenches": s.wrenches.T}
+                for name, s in systems.items()
             },
         }
     )

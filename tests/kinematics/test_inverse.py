@@ -122,7 +122,7 @@ def test_right_up_to_the_edge_of_reach(
     """Along rays to the boundary: solved inside, in both modes; refused outside."""
     mech, dim = {"antenna_3rsu": antenna, "antenna_3rsu_wide": wide}[name], DIMENSIONS[name]
     edges = 0
-    for ray in np.random.default_rng(4).uniform(0, 2 * np.pi, 12):
+    for ray in np.random.default_rng(4).uniform(0, 2 * np.pi, 16):
         edge = _edge(dim, np.array([np.cos(ray), np.sin(ray)]))
         if edge is None:
             continue
@@ -150,7 +150,7 @@ def test_right_up_to_the_edge_of_reach(
 
 def _edge(dim: oracle.Dimensions, ray: np.ndarray) -> np.ndarray | None:
     """First pose of the ray from home where an arm is on the boundary of its reach."""
-    steps = np.linspace(0.0, np.pi, 2000)
+    steps = np.linspace(0.0, 5.0, 3000)
     lost = np.flatnonzero((margins(dim, steps[:, None] * ray) < 0).any(axis=1))
     if len(lost) == 0:
         return None

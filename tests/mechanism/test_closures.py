@@ -95,9 +95,7 @@ class Case:
         """Second frame in the first by homogeneous matrices."""
         data = self.model.createData()
         pin.forwardKinematics(self.model, data, q)
-        one, two = (
-            data.oMi[f.joint].homogeneous @ f.placement.homogeneous for f in loop.frames
-        )
+        one, two = (data.oMi[f.joint].homogeneous @ f.placement.homogeneous for f in loop.frames)
         return pin.SE3(np.linalg.inv(one) @ two)
 
 
@@ -227,9 +225,7 @@ def test_open_loops_are_open(kind: str) -> None:
         closed = closed_relative(kind, rng)
         size = 10.0 ** rng.uniform(-8, -0.5)
         twist = pin.exp6(pin.Motion(size * rng.normal(size=6)))
-        moved = pin.SE3(
-            twist.rotation @ closed.rotation, closed.translation + twist.translation
-        )
+        moved = pin.SE3(twist.rotation @ closed.rotation, closed.translation + twist.translation)
         residual, opening = np.linalg.norm(residual_of(kind, moved)), gap(loop, moved, LENGTH)
         assert 0.3 * opening < residual < 3.0 * opening
 
@@ -373,7 +369,7 @@ def test_verify_closed_refuses_the_wrong_way_round(kind: str, axis: int) -> None
     q[mech.coordinate(f"j3_{axis}")] = np.pi
     with mech.scratch() as system:
         assert np.abs(system.evaluate(q)).max() < 1e-15 * 10
-    with pytest.raises(InputError, match="loop ring.*opposite"):
+    with pytest.raises(InputError, match=r"loop ring.*opposite"):
         pm.verify_closed(mech, q)
     assert pm.verify_closed(mech, mech.home.q).residual < 1e-15
 
@@ -513,9 +509,7 @@ def test_constraint_dynamics_agrees_and_knows_its_limits() -> None:
     for name in ("rsur_3", "rscr_2"):
         mech = GOOD[name]().load()
         with pytest.raises(InputError, match="ring"):
-            pm.forward_dynamics(
-                mech.home, np.zeros(mech.model.nv), {}, method="constraintDynamics"
-            )
+            pm.forward_dynamics(mech.home, np.zeros(mech.model.nv), {}, method="constraintDynamics")
 
 
 def test_frame_twist_matches_differences() -> None:

@@ -106,7 +106,7 @@ def test_right_closure_of_a_planar_four_bar_is_overconstrained() -> None:
 
 
 def test_mistake_fixed_locks_the_four_bar() -> None:
-    """"6D" instead of a revolute: mobility 0, and nothing moves."""
+    """ "6D" instead of a revolute: mobility 0, and nothing moves."""
     small = four_bar("fixed")
     mech = small.load()
     check(small, mech.home)
@@ -116,7 +116,7 @@ def test_mistake_fixed_locks_the_four_bar() -> None:
 
 
 def test_mistake_spherical_hides_in_the_plane_and_shows_in_space() -> None:
-    """"3D" instead of a revolute goes unnoticed where all other axes are parallel; where they are
+    """ "3D" instead of a revolute goes unnoticed where all other axes are parallel; where they are
     not, the rocker is left to turn about the point as it likes."""
     check(four_bar("spherical"), four_bar("spherical").load().home)
     assert four_bar("spherical").mobility == 1

@@ -111,7 +111,7 @@ def leg_force(theta2: ArrayLike, torque: ArrayLike = 1.0, e: float = FIGURE3_E) 
 # -------------------------------------------------------- architecture with the parallelogram
 
 
-def r4_inverse(theta2: ArrayLike, dim: Dimensions = DIMENSIONS) -> tuple[Array, Array]:
+def crank_inverse(theta2: ArrayLike, dim: Dimensions = DIMENSIONS) -> tuple[Array, Array]:
     """Both q2 [rad] with m sin(q2) = e sin(theta2): home mode, and pi minus it; (5).
 
     NaN where the crank is too short. For m = e and |theta2| <= pi/2 the first is theta2; (6).
@@ -121,14 +121,14 @@ def r4_inverse(theta2: ArrayLike, dim: Dimensions = DIMENSIONS) -> tuple[Array, 
     return home, math.pi - home
 
 
-def r4_forward(q2: ArrayLike, dim: Dimensions = DIMENSIONS) -> tuple[Array, Array]:
+def crank_forward(q2: ArrayLike, dim: Dimensions = DIMENSIONS) -> tuple[Array, Array]:
     """Both theta2 [rad] for a crank angle: home mode, and pi minus it. NaN where m is too long."""
     with np.errstate(invalid="ignore"):
         home = np.arcsin(dim.m * np.sin(np.asarray(q2, dtype=float)) / dim.e)
     return home, math.pi - home
 
 
-def r4_rate(
+def crank_rate(
     theta2: ArrayLike, q2: ArrayLike, rate: ArrayLike, dim: Dimensions = DIMENSIONS
 ) -> Array:
     """q2' = e cos(theta2) theta2' / (m cos q2). Not finite where the parallelogram is flat."""
@@ -136,7 +136,7 @@ def r4_rate(
     return dim.e * np.cos(np.asarray(theta2, float)) * np.asarray(rate, float) / (dim.m * c)
 
 
-def r4_acceleration(
+def crank_acceleration(
     theta2: ArrayLike,
     q2: ArrayLike,
     rate: ArrayLike,
@@ -146,7 +146,7 @@ def r4_acceleration(
     """q2'' [rad/s^2] from the second derivative of m sin(q2) = e sin(theta2)."""
     t, q = np.asarray(theta2, dtype=float), np.asarray(q2, dtype=float)
     v = np.asarray(rate, dtype=float)
-    turn = r4_rate(t, q, v, dim)
+    turn = crank_rate(t, q, v, dim)
     height = dim.e * (np.cos(t) * np.asarray(acceleration, dtype=float) - np.sin(t) * v**2)
     return (height + dim.m * np.sin(q) * turn**2) / (dim.m * np.cos(q))
 
@@ -182,7 +182,8 @@ def chain_points(
     """Where the joints of the second leg are; R5 is NaN where the flat chain cannot reach.
 
     R4, R5, R6 have vertical axes: R5 is an intersection of two circles in the horizontal plane of
-    R3. ``elbow`` = +1 is the side of home (left of the line from R4 to R6), -1 the other.
+    R3. ``elbow`` = +1 is the side of home (left of the line from R4 to R6 if elbow_y > 0), -1 the
+    other.
     """
     t1, t2, q = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (theta1, theta2, q2)))
     zero = np.zeros_like(q)
@@ -198,7 +199,7 @@ def chain_points(
     d = np.hypot(line[..., 0], line[..., 1])
     with np.errstate(invalid="ignore", divide="ignore"):
         along = (d**2 + a**2 - b**2) / (2.0 * d)
-        side = elbow * np.sqrt(a**2 - along**2)
+        side = math.copysign(elbow, elbow * dim.elbow_y) * np.sqrt(a**2 - along**2)
         ex, ey = line[..., 0] / d, line[..., 1] / d
     r5 = np.stack(
         [
@@ -216,7 +217,7 @@ def chain_reaches(
 ) -> Mask:
     """True where the flat chain R4-R5-R6 spans the gap, (...)."""
     p = chain_points(theta1, theta2, q2, dim)
-    return np.isfinite(p.R5).all(axis=-1)
+    return np.asarray(np.isfinite(p.R5).all(axis=-1))
 
 
 # ------------------------------------------------------------------------------- friction

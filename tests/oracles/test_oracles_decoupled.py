@@ -56,17 +56,17 @@ def test_prismatic_both_modes() -> None:
 @BOTH
 def test_parallelogram_modes(dim: Dimensions) -> None:
     q = np.linspace(-1.4, 1.4, 57)
-    for theta in oracle.r4_forward(q, dim):
+    for theta in oracle.crank_forward(q, dim):
         ok = np.isfinite(theta)
         assert ok.any()
-        both = [x[ok] for x in oracle.r4_inverse(theta, dim)]
+        both = [x[ok] for x in oracle.crank_inverse(theta, dim)]
         hits = [np.abs(np.exp(1j * x) - np.exp(1j * q[ok])).max() < 1e-7 for x in both]
         assert hits[0]
         height = oracle.r3_point(0.3, theta, dim.e)[..., 2]
         top = oracle.chain_points(0.0, theta, q, dim).R6[..., 2]
         np.testing.assert_allclose(height[ok], top[ok], atol=1e-15)
     if dim.m == dim.e:
-        np.testing.assert_allclose(oracle.r4_forward(q, dim)[0], q, atol=1e-12)
+        np.testing.assert_allclose(oracle.crank_forward(q, dim)[0], q, atol=1e-12)
         assert ok.all()
     elif dim.m > dim.e:
         assert not ok.all()
@@ -78,7 +78,7 @@ def test_no_other_mode_by_scanning() -> None:
         for q in (-0.6, 0.2, 0.7):
             f = dim.e * np.sin(grid) - dim.m * math.sin(q)
             zeros = grid[np.flatnonzero(np.sign(f[1:]) != np.sign(f[:-1]))]
-            two = [math.remainder(float(x), 2 * math.pi) for x in oracle.r4_forward(q, dim)]
+            two = [math.remainder(float(x), 2 * math.pi) for x in oracle.crank_forward(q, dim)]
             np.testing.assert_allclose(np.sort(zeros), np.sort(two), atol=1e-4)
 
 
@@ -96,12 +96,12 @@ def test_rates_and_accelerations() -> None:
     np.testing.assert_allclose(oracle.pf_acceleration(t, v, acc), second, atol=1e-7)
     for dim in (DIMENSIONS, OTHER, SHORT):
         for mode in (0, 1):
-            plus, minus = (oracle.r4_inverse(along(s), dim)[mode] for s in (1, -1))
-            q = oracle.r4_inverse(t, dim)[mode]
+            plus, minus = (oracle.crank_inverse(along(s), dim)[mode] for s in (1, -1))
+            q = oracle.crank_inverse(t, dim)[mode]
             first = (plus - minus) / (2 * e)
-            np.testing.assert_allclose(oracle.r4_rate(t, q, v, dim), first, rtol=1e-5, atol=1e-7)
+            np.testing.assert_allclose(oracle.crank_rate(t, q, v, dim), first, rtol=1e-5, atol=1e-7)
             second = (plus - 2 * q + minus) / e**2
-            got = oracle.r4_acceleration(t, q, v, acc, dim)
+            got = oracle.crank_acceleration(t, q, v, acc, dim)
             np.testing.assert_allclose(got, second, rtol=1e-4, atol=1e-5)
 
 
@@ -111,9 +111,9 @@ def test_forces_do_the_work_of_the_output(dim: Dimensions) -> None:
     power = torque * v
     force = oracle.leg_force(t, torque, dim.e)
     np.testing.assert_allclose(force * oracle.pf_rate(t, v, dim.e), power, atol=1e-15)
-    q = oracle.r4_inverse(t, dim)[0]
+    q = oracle.crank_inverse(t, dim)[0]
     crank = oracle.crank_torque(t, q, torque, dim)
-    np.testing.assert_allclose(crank * oracle.r4_rate(t, q, v, dim), power, atol=1e-15)
+    np.testing.assert_allclose(crank * oracle.crank_rate(t, q, v, dim), power, atol=1e-15)
 
 
 def test_force_curve_and_mild_crank() -> None:
@@ -127,7 +127,7 @@ def test_force_curve_and_mild_crank() -> None:
 @BOTH
 def test_chain_points(dim: Dimensions) -> None:
     t1, t2, _ = angles(limit=0.6)
-    q = oracle.r4_inverse(t2, dim)[0]
+    q = oracle.crank_inverse(t2, dim)[0]
     home = oracle.chain_points(0.0, 0.0, 0.0, dim)
     np.testing.assert_allclose(home.R5, [dim.elbow_x, dim.elbow_y, 0], atol=1e-12)
     np.testing.assert_allclose(home.R6, [dim.r6_x, 0, 0], atol=1e-12)

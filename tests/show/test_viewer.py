@@ -23,11 +23,6 @@ from pinmech.show.timing import Timing, joined_rows, paced, time_axis
 
 
 @pytest.fixture(scope="module")
-def antenna() -> pm.Mechanism:
-    return pm.load("antenna_3rsu")
-
-
-@pytest.fixture(scope="module")
 def path(antenna):
     values = np.column_stack([np.linspace(-0.2, 0.2, 50), np.linspace(0.1, -0.1, 50)])
     return pm.inverse_path(antenna, values)
@@ -222,15 +217,42 @@ def test_bad_subjects_are_refused(antenna, path) -> None:
         viewer.play(path, rate=0.0)
 
 
-def test_a_mesh_that_is_missing_is_one_message(antenna) -> None:
-    mesh = '<geometry><mesh filename="nope.stl"/></geometry>'
+STL = """solid s
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 0.1 0 0
+vertex 0 0.1 0
+endloop
+endfacet
+endsolid s
+"""
+
+
+def with_mesh(antenna, folder, content):
+    """The antenna with a mesh file, of twice the size, for its first shape."""
+    (folder / "part.stl").write_text(content, encoding="utf-8")
+    mesh = '<geometry><mesh filename="part.stl" scale="2 2 2"/></geometry>'
     urdf = re.sub(r"<geometry>.*?</geometry>", mesh, antenna.urdf, count=1, flags=re.DOTALL)
-    try:
-        mech = pm.from_text(antenna.path.read_text(encoding="utf-8"), urdf)
-    except pm.PinmechError:
-        return  # refused when loading is as good
-    with pytest.raises(InputError, match="cannot be read"):
-        pm.view(mech)
+    (folder / "a.urdf").write_text(urdf, encoding="utf-8")
+    text = antenna.path.read_text(encoding="utf-8")
+    file = folder / "a.yaml"
+    file.write_text(text.replace("../urdf/antenna_3rsu.urdf", "a.urdf"), encoding="utf-8")
+    return pm.load(file)
+
+
+def test_meshes_are_read_from_the_folder_of_the_urdf(antenna, tmp_path) -> None:
+    viewer = pm.view(with_mesh(antenna, tmp_path, STL))
+    shape = viewer.bodies.visual_model.geometryObjects[0]
+    node = f"mechanism/visuals/base/{shape.name}"
+    sent = viewer.recorder.find(f"/meshcat/{node}")["object"]["geometries"][0]
+    assert "part.stl" not in str(sent)  # the page holds the mesh itself
+    np.testing.assert_allclose(np.linalg.norm(place(viewer, node)[:3, :3], axis=0), 2.0)
+
+
+def test_a_broken_mesh_is_one_message(antenna, tmp_path) -> None:
+    with pytest.raises(InputError, match="antenna_3rsu cannot be read"):
+        pm.view(with_mesh(antenna, tmp_path, "not a mesh"))
 
 
 def test_importing_pinmech_does_not_import_meshcat_and_viewing_prints_nothing(tmp_path) -> None:
@@ -245,7 +267,7 @@ def test_importing_pinmech_does_not_import_meshcat_and_viewing_prints_nothing(tm
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_a_live_page_follows(path, tmp_path) -> None:
+def test_a_live_page_follows() -> None:
     code = (
         "import numpy as np, pinmech as pm\n"
         "mech = pm.load('antenna_3rsu')\n"

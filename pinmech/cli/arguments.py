@@ -1,0 +1,85 @@
+"""What the commands have in common: arguments, and what is made of them."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Annotated, Any
+
+import typer
+
+import pinmech as pm
+from pinmech.cli import values as typed
+from pinmech.kinematics.solution import Solution
+from pinmech.kinematics.state import ClosedState
+from pinmech.mechanism.mechanism import Mechanism
+from pinmech.show import console as show
+from pinmech.show import records
+from pinmech.show.tables import console
+
+Name = Annotated[
+    str, typer.Argument(metavar="NAME", help="A built-in mechanism, or a description file.")
+]
+Outputs = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="OUTPUT=VALUE", help="Outputs in deg or mm, or as 0.1rad, 0.012m."),
+]
+Modes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mode",
+        metavar="LIMB=SIGN",
+        help="Working mode of a limb: 1 as at home, -1 the other one. May be repeated.",
+    ),
+]
+NoLimits = Annotated[bool, typer.Option("--no-limits", help="Leave joint limits out of account.")]
+Joints = Annotated[bool, typer.Option("--joints", help="List all joints, passive ones too.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print JSON instead: SI units and radians, all digits.")
+]
+
+
+def read_outputs(mechanism: Mechanism, texts: list[str] | None) -> dict[str, float]:
+    """Output name -> value [rad or m] of ``name=value`` texts."""
+    angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
+    return typed.quantities(texts or [], angular, "output")
+
+
+def read_modes(texts: list[str] | None) -> dict[str, int] | None:
+    """Limb name -> sign; None when nothing is given."""
+    return typed.modes(texts or [])
+
+
+def read_pose(
+    mechanism: Mechanism, outputs: list[str] | None, mode: list[str] | None, no_limits: bool
+) -> ClosedState:
+    """The state at given outputs; home when nothing is given.
+
+    Raises:
+        SolveError: there is none. InputError: values that cannot be read.
+    """
+    signs = read_modes(mode)
+    target = read_outputs(mechanism, outputs)
+    if not target:
+        if signs is None:
+            return mechanism.home
+        target = dict(mechanism.home.outputs)
+    return pm.inverse(mechanism, target, mode=signs, limits=not no_limits).unwrap()
+
+
+def print_answer(mechanism: Mechanism, solution: Solution, *, joints: bool, as_json: bool) -> None:
+    """Print a solution; as JSON also one that failed.
+
+    Raises:
+        SolveError: the solve failed.
+    """
+    if as_json:
+        print_json(records.solution_record(mechanism, solution))
+    solution.unwrap()
+    if not as_json:
+        show.print_solution(solution, console(), joints=joints)
+
+
+def print_json(data: Any) -> None:
+    """Print JSON on standard output."""
+    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")

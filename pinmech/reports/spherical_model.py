@@ -1,0 +1,115 @@
+"""States of the spherical manipulator at any orientation, and its vectors u, v, w, from the URDF.
+
+``pm.inverse`` follows the straight way from home and does not pass a flat parallelogram. Much of
+what the paper prints lies beyond one, and some of it on singular poses; there the joint values are
+put together from the model's own axes at home, and ``pm.verify_closed`` confirms that they close
+all loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+import pinmech as pm
+
+Array = np.ndarray
+LIMBS = (1, 2, 3)
+
+
+def limb_axes(mechanism: pm.Mechanism, limb: int) -> tuple[Array, Array, Array]:
+    """Directions p (of the limb's line), q and u (normal of its plane) at home, base axes."""
+    p, q, u = mechanism.home.frame(f"arm{limb}").rotation.T
+    return p, q, u
+
+
+def state_at(
+    mechanism: pm.Mechanism,
+    orientation: Sequence[float] | Array,
+    *,
+    flip: Sequence[int] = (1, 1, 1),
+    free: Sequence[float] = (0.0, 0.0, 0.0),
+) -> pm.ClosedState:
+    """The closed state with a given orientation (3,) [rad], parallelograms uncrossed.
+
+    Args:
+        mechanism: the spherical manipulator.
+        orientation: canonical coordinates.
+        flip: -1 for limbs whose v points the other way, the second inverse solution.
+        free: crank angle from home [rad] of a limb whose w is along u, where any will do.
+    """
+    turn = pin.exp3(np.asarray(orientation, dtype=float))
+    q, index = np.zeros(mechanism.model.nq), mechanism.coordinate
+    for limb in LIMBS:
+        p, side, u = limb_axes(mechanism, limb)
+        w = turn @ p
+        across = np.cross(u, w)
+        crank = free[limb - 1]
+        if np.linalg.norm(across) > 1e-9:
+            v = -flip[limb - 1] * across
+            crank = float(np.arctan2(v @ p, -(v @ side)))
+        v = np.sin(crank) * p - np.cos(crank) * side
+        level = np.cos(crank) * p + np.sin(crank) * side
+        tilt = float(np.arctan2(w @ np.cross(v, level), w @ level))
+        for joint, value in ((f"crank{limb}", crank), (f"b{limb}", crank), (f"d{limb}", -crank),
+                             (f"u{limb}_1", crank), (f"u{limb}_2", tilt)):
+            q[index(joint)] = value
+        if limb == 1:
+            arm = pin.exp3(v * tilt) @ pin.exp3(u * crank)
+            q[index("r1")] = pin.log3(arm.T @ turn) @ p
+    return pm.verify_closed(mechanism, q)
+
+
+def vectors(state: pm.ClosedState) -> tuple[Array, Array, Array]:
+    """u_i, v_i and w_i, each (3, 3) by rows, from the frames of the limbs: normal of the limb's
+    plane, direction from U_i to O, axis of the last joint."""
+    mechanism = state.mechanism
+    u = np.array([limb_axes(mechanism, k)[2] for k in LIMBS])
+    v = np.array([-state.frame(f"cross{k}").translation for k in LIMBS])
+    w = np.array([state.frame(f"arm{k}").rotation[:, 0] for k in LIMBS])
+    return u, v / np.linalg.norm(v, axis=1)[:, None], w
+
+
+def phi(state: pm.ClosedState) -> Array:
+    """(3,) the paper's angles φ_i [rad]: the actuator values."""
+    return np.array(list(state.actuators.values()))
+
+
+def in_range(state: pm.ClosedState) -> bool:
+    """True when no parallelogram is flat or folded over: crank angles φ_i + 180 deg in (0, 180)."""
+    crank = np.rad2deg(phi(state)) + 180.0
+    return bool(((crank > 1e-6) & (crank < 180.0 - 1e-6)).all())
+
+
+def printed_inverse_jacobian(w: Array, angles: Array) -> Array:
+    """(15) as printed, from w_i (3, 3) by rows and φ_i (3,)."""
+    c, s = np.cos(angles), np.sin(angles)
+    n1 = w[0, 1] * s[0] - w[0, 2] * c[0]
+    n2 = w[1, 2] * s[1] - w[1, 0] * c[1]
+    n3 = w[2, 0] * s[2] - w[2, 1] * c[2]
+    return np.array([
+        [1.0, -w[0, 0] * s[0] / n1, w[0, 0] * c[0] / n1],
+        [w[1, 1] * c[1] / n2, 1.0, -w[1, 1] * s[1] / n2],
+        [-w[2, 2] * s[2] / n3, w[2, 2] * c[2] / n3, 1.0],
+    ])
+
+
+def index(state: pm.ClosedState) -> tuple[float, float]:
+    """The manipulability |det J⁻¹| of (22), and the condition number of J⁻¹ (dimensionless); NaN
+    and infinity at a singular pose."""
+    try:
+        jacobian = pm.inverse_jacobian(state)
+    except pm.SingularError:
+        return float("nan"), float("inf")
+    return float(abs(np.linalg.det(jacobian))), float(np.linalg.cond(jacobian))
+
+
+def span_gap(first: Array, second: Array, scale: Array) -> float:
+    """Sine of the largest angle between two screw systems (6, k), made dimensionless by (6,)
+    scale; 1 when their orders differ."""
+    if first.shape[1] != second.shape[1]:
+        return 1.0
+    a, b = (np.linalg.qr(m / scale[:, None])[0] for m in (first, second))
+    return float(np.linalg.norm(b - a @ (a.T @ b), 2))

@@ -1,0 +1,1 @@
+"""To look at: meshcat scenes, plots, tables, reports."""

@@ -1,0 +1,352 @@
+"""The command line: every command, and what it says to input that cannot be used."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pinmech as pm
+from pinmech.cli import app as commands
+from pinmech.cli.run import run
+from pinmech.cli.values import assignments, modes, quantity
+from pinmech.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+SCRIPT = ROOT / "scripts" / "view.py"
+
+
+@pytest.fixture
+def call(capsys):
+    def call(*arguments):
+        code = run(arguments)
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return code, out, err
+
+    return call
+
+
+def test_list_names_every_mechanism_with_its_title(call) -> None:
+    code, out, err = call("list")
+    assert (code, err) == (0, "")
+    for name in pm.mechanisms():
+        assert name in out
+    assert "antenna pointing mechanism" in out
+    assert [m["name"] for m in json.loads(call("list", "--json")[1])] == pm.mechanisms()
+
+
+@pytest.mark.parametrize("name", pm.mechanisms())
+def test_info_of_every_mechanism(call, name: str) -> None:
+    mech = pm.load(name)
+    code, out, err = call("info", name)
+    assert (code, err) == (0, "")
+    for word in (mech.title, *mech.outputs, *mech.actuators, *mech.loops, *mech.limbs):
+        assert word in out
+    record = json.loads(call("info", name, "--json")[1])
+    assert record["home"]["actuators"] == pytest.approx(dict(mech.home.actuators))
+    assert record["drives"] == {k: list(v) for k, v in mech.drives.items()}
+
+
+def test_info_of_a_file(call) -> None:
+    code, out, _ = call("info", str(ROOT / "loops" / "decoupled_pf.yaml"))
+    assert code == 0
+    assert "theta1" in out
+
+
+def test_inverse_prints_degrees_of_the_published_pose(call) -> None:
+    # The paper's theta = (57.6163, 19.4063, 60.3638) deg; it gives the pose to four decimals.
+    code, out, err = call("inverse", "antenna_3rsu", "alpha=22.9183", "beta=-12.7512")
+    assert (code, err) == (0, "")
+    rows = {r[1]: r for r in (line.split() for line in out.splitlines()) if len(r) == 4}
+    for name, value in {"arm1": 57.6163, "arm2": 19.4063, "arm3": 60.3638}.items():
+        assert float(rows[name][2]) == pytest.approx(value, abs=2e-4)
+        assert rows[name][3] == "deg"
+
+
+def test_units_modes_and_json_of_inverse(call) -> None:
+    _, out, _ = call("inverse", "antenna_3rsu", "alpha=0.1rad", "beta=5deg", "--json")
+    record = json.loads(out)
+    assert record["success"] is True
+    assert record["units"]["arm1"] == "rad"
+    assert record["state"]["outputs"] == pytest.approx({"alpha": 0.1, "beta": np.deg2rad(5)})
+    mech = pm.load("antenna_3rsu")
+    flipped = pm.inverse(mech, {"alpha": 0.1, "beta": np.deg2rad(5)}, mode={"arm1": -1}).unwrap()
+    arguments = ("inverse", "antenna_3rsu", "alpha=0.1rad", "beta=5", "--mode", "arm1=-1", "--json")
+    record = json.loads(call(*arguments)[1])
+    assert record["state"]["actuators"] == pytest.approx(dict(flipped.actuators))
+    assert record["state"]["mode"]["arm1"] == -1
+
+
+def test_lengths_are_in_mm(call) -> None:
+    texts = []
+    for value in ("310", "310mm", "0.31m"):
+        code, out, _ = call("inverse", "gpr_3ps_ideal", f"z={value}")
+        assert code == 0
+        texts.append(out)
+    assert texts[0] == texts[1] == texts[2]
+    assert "310.0000" in texts[0]
+
+
+def test_joints_lists_the_passive_ones_too(call) -> None:
+    _, short, _ = call("inverse", "antenna_3rsu", "alpha=1", "beta=2")
+    _, out, _ = call("inverse", "antenna_3rsu", "alpha=1", "beta=2", "--joints")
+    assert "rod1_u1" in out
+    assert "rod1_u1" not in short
+
+
+def test_forward(call) -> None:
+    code, out, _ = call("forward", "antenna_3rsu", "arm1=30", "arm2=60", "--json")
+    assert code == 0
+    mech = pm.load("antenna_3rsu")
+    state = pm.forward(mech, {"arm1": np.deg2rad(30), "arm2": np.deg2rad(60)}).unwrap()
+    assert json.loads(out)["state"]["outputs"] == pytest.approx(dict(state.outputs))
+    code, out, _ = call("forward", "antenna_3rsu", "arm1=30", "arm2=60")
+    assert f"{np.rad2deg(state.outputs['alpha']):.4f}" in out
+
+
+def test_singularity(call) -> None:
+    code, out, err = call("singularity", "antenna_3rsu", "alpha=10", "beta=5", "--drive", "12")
+    assert (code, err) == (0, "")
+    assert "drive 12" in out
+    assert "singular" not in out.replace("scaled smallest singular value; up to", "").replace(
+        "it is singular", ""
+    )
+    assert "platform axis" in out
+    mech = pm.load("antenna_3rsu")
+    record = json.loads(call("singularity", "antenna_3rsu", "--drive", "13", "--json")[1])
+    found = pm.singularity(mech.home, drive="13")
+    assert record["distances"]["type2"] == pytest.approx(found.type2)
+    assert record["kinds"] == []
+
+
+@pytest.mark.parametrize("name", pm.mechanisms())
+def test_mobility_of_every_mechanism(call, name: str) -> None:
+    found = pm.mobility(pm.load(name).home)
+    code, out, err = call("mobility", name)
+    assert (code, err) == (0, "")
+    assert f"{found.dof}, of which {found.finite_dof} go on" in out
+    record = json.loads(call("mobility", name, "--json")[1])
+    assert (record["dof"], record["rank"]) == (found.dof, found.rank)
+    assert set(record["screws"]) == {*pm.load(name).limbs, "platform"}
+
+
+def test_mobility_with_a_locked_joint(call) -> None:
+    code, out, _ = call("mobility", "antenna_3rsu", "alpha=10", "beta=5", "--lock", "arm1")
+    assert code == 0
+    assert "with arm1 locked" in out
+    assert "1, of which" in out
+
+
+def test_size_writes_the_tables_and_a_page(call, tmp_path) -> None:
+    case = tmp_path / "short.yaml"
+    case.write_text(
+        "schema: 1\nname: short\nmechanism: antenna_3rsu\ndrives: ['12', '123']\n"
+        "load_cases:\n  - name: slew\n    gravity: [0, 0, 0]\n"
+        "    profile: {type: slew, unit: deg, duration: 2, step: 0.1,"
+        " from: {alpha: 0, beta: 0}, to: {alpha: 5, beta: 5}}\n",
+        encoding="utf-8",
+    )
+    out = tmp_path / "out"
+    code, text, err = call("size", str(case), "--out", str(out))
+    assert (code, err) == (0, "")
+    assert "N·m" in text
+    assert {p.name for p in out.iterdir()} >= {
+        "sizing_short.csv",
+        "sizing_short.md",
+        "sizing_short.html",
+        "view_short_slew.html",
+    }
+    for path in out.iterdir():
+        assert str(path) in text
+
+
+def test_view(call, tmp_path) -> None:
+    page = tmp_path / "page.html"
+    code, out, err = call("view", "antenna_3rsu", "alpha=10", "beta=5", "--out", str(page))
+    assert (code, err) == (0, "")
+    assert str(page) in out
+    assert "alpha = 10 deg" in page.read_text(encoding="utf-8")
+
+
+def test_view_of_a_trajectory_says_what_it_leaves_out(call, tmp_path, monkeypatch) -> None:
+    opened = []
+    monkeypatch.setattr(commands.webbrowser, "open", lambda url, new=0: opened.append(url))
+    file = tmp_path / "t.csv"
+    file.write_text("time [s],alpha [deg],beta [deg]\n0,0,0\n1,5,0\n2,80,0\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call("view", "antenna_3rsu", "--trajectory", str(file), "--open")
+    assert code == 0
+    assert err.count("\n") == 1
+    assert "1 of 3 poses failed" in err
+    assert "antenna_3rsu.html" in out
+    assert opened == [(tmp_path / "antenna_3rsu.html").as_uri()]
+
+
+def test_schema_is_json(call) -> None:
+    code, out, _ = call("schema")
+    assert code == 0
+    assert "loops" in json.loads(out)["properties"]
+
+
+def test_help_and_version(call) -> None:
+    for arguments in ((), ("--help",), ("-h",)):
+        code, out, err = call(*arguments)
+        assert (code, err) == (0, "")
+        assert "pinmech inverse antenna_3rsu alpha=10 beta=5" in out
+        assert "Exit codes" in out
+    for command in (
+        "list",
+        "info",
+        "inverse",
+        "forward",
+        "singularity",
+        "mobility",
+        "size",
+        "view",
+        "schema",
+    ):
+        assert call(command, "--help")[0] == 0
+    assert call("--version")[1] == f"pinmech {pm.__version__}\n"
+
+
+BAD_INPUT = {
+    "unknown mechanism": (("info", "antena_3rsu"), "did you mean 'antenna_3rsu'"),
+    "no such file": (("info", "nope.yaml"), "nope.yaml"),
+    "unknown command": (("lst",), "lst"),
+    "unknown option": (("inverse", "antenna_3rsu", "--foo"), "--foo"),
+    "no name": (("inverse",), "NAME"),
+    "no outputs": (("inverse", "antenna_3rsu"), "missing"),
+    "an output missing": (("inverse", "antenna_3rsu", "alpha=1"), "'beta' are missing"),
+    "unknown output": (("inverse", "antenna_3rsu", "alpha=1", "bta=2"), "did you mean 'beta'"),
+    "no number": (("inverse", "antenna_3rsu", "alpha=x", "beta=2"), "not a finite number"),
+    "nan": (("inverse", "antenna_3rsu", "alpha=nan", "beta=2"), "not a finite number"),
+    "too large": (("inverse", "antenna_3rsu", "alpha=1e999", "beta=2"), "not a finite number"),
+    "wrong unit": (("inverse", "antenna_3rsu", "alpha=1mm", "beta=2"), "is an angle"),
+    "unknown unit": (("inverse", "antenna_3rsu", "alpha=1grad", "beta=2"), "unknown unit 'grad'"),
+    "spaces": (("inverse", "antenna_3rsu", "alpha", "=", "1"), "name=value"),
+    "twice": (("inverse", "antenna_3rsu", "alpha=1", "alpha=2"), "twice"),
+    "mode": (("inverse", "antenna_3rsu", "alpha=1", "beta=2", "--mode", "arm1=0"), "1 (as at"),
+    "limb": (("inverse", "antenna_3rsu", "alpha=1", "beta=2", "--mode", "leg=1"), "unknown limb"),
+    "too few": (("forward", "antenna_3rsu", "arm1=30"), "do not determine the pose"),
+    "actuator": (("forward", "antenna_3rsu", "arm7=30"), "unknown actuator"),
+    "lock": (("mobility", "antenna_3rsu", "--lock", "x"), "'x'"),
+    "drive": (("singularity", "antenna_3rsu", "--drive", "x"), "unknown drive"),
+    "case": (("size", "nope"), "unknown case"),
+    "no folder": (("view", "antenna_3rsu", "--out", "/nonexistent/x.html"), "/nonexistent/x.html"),
+    "csv": (("view", "antenna_3rsu", "--trajectory", "nope.csv"), "nope.csv"),
+    "both": (("view", "antenna_3rsu", "alpha=1", "--trajectory", "nope.csv"), "not both"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_INPUT)
+def test_wrong_input_exits_2_with_one_message(call, case: str) -> None:
+    arguments, message = BAD_INPUT[case]
+    code, out, err = call(*arguments)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("pinmech: ")
+    assert err.count("pinmech: ") == 1
+    assert message in err
+
+
+NO_ANSWER = {
+    "unreachable": ("inverse", "antenna_3rsu", "alpha=70", "beta=3"),
+    "inconsistent": ("forward", "antenna_3rsu", "arm1=30", "arm2=60", "arm3=90"),
+    "singular": ("forward", "antenna_3rsu", "arm1=300", "arm2=-200"),
+}
+
+
+@pytest.mark.parametrize("status", NO_ANSWER)
+def test_no_answer_exits_1_and_says_why(call, status: str) -> None:
+    code, out, err = call(*NO_ANSWER[status])
+    assert (code, out) == (1, "")
+    assert err.startswith(f"pinmech: {status}: ")
+    assert err.count("\n") == 1
+    code, out, err = call(*NO_ANSWER[status], "--json")
+    assert code == 1
+    record = json.loads(out)
+    assert (record["success"], record["status"], record["state"]) == (False, status, None)
+
+
+def test_singularity_and_view_of_a_pose_out_of_reach(call) -> None:
+    assert call("singularity", "antenna_3rsu", "alpha=70", "beta=3")[0] == 1
+    assert call("view", "antenna_3rsu", "alpha=70", "beta=3", "--out", "/tmp/never.html")[0] == 1
+    assert not Path("/tmp/never.html").exists()
+
+
+def test_an_interrupt_is_one_line(call, monkeypatch) -> None:
+    def interrupted(name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(commands.pm, "load", interrupted)
+    assert call("info", "antenna_3rsu") == (130, "", "pinmech: interrupted\n")
+
+
+def test_values() -> None:
+    assert quantity("a", "10", angular=True) == pytest.approx(np.deg2rad(10))
+    assert quantity("a", "-1.5e1deg", angular=True) == pytest.approx(np.deg2rad(-15))
+    assert quantity("a", ".5 rad", angular=True) == 0.5
+    assert quantity("a", "10°", angular=True) == pytest.approx(np.deg2rad(10))
+    assert quantity("z", "12", angular=False) == pytest.approx(0.012)
+    assert quantity("z", "0.012m", angular=False) == 0.012
+    for text in ("", "inf", "1_0", "0x10", "1e", "--1", "1deg5", "１"):
+        with pytest.raises(InputError):
+            quantity("a", text, angular=True)
+    assert assignments(["a=1,b=2", "c = 3"]) == {"a": "1", "b": "2", "c": "3"}
+    assert modes([]) is None
+    assert modes(["arm1=-1", "arm2=+1"]) == {"arm1": -1, "arm2": 1}
+
+
+def process(*arguments, env=None, **options):
+    return subprocess.run(
+        [sys.executable, *arguments], capture_output=True, text=True, env=env, timeout=60, **options
+    )
+
+
+def test_python_m_pinmech() -> None:
+    done = process("-m", "pinmech", "inverse", "antenna_3rsu", "alpha=nan", "beta=1")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+
+
+def test_without_typer_one_line_names_the_extra() -> None:
+    code = (
+        "import sys; sys.modules['typer'] = None; sys.argv = ['pinmech', 'list']\n"
+        "from pinmech.__main__ import main; main()\n"
+    )
+    done = process("-c", code)
+    assert done.returncode == 2
+    assert done.stderr == "pinmech: the command line needs: pip install 'pinmech[cli]'\n"
+
+
+def test_a_reader_that_leaves_early_is_no_error() -> None:
+    code = "import subprocess, sys; " + (
+        "p = subprocess.Popen([sys.executable, '-m', 'pinmech', 'schema'],"
+        " stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0); p.stdout.close();"
+        "print(p.stderr.read().decode(), end='')"
+    )
+    assert process("-c", code).stdout == ""
+
+
+def test_script_view(tmp_path) -> None:
+    page = tmp_path / "page.html"
+    out = ("--out", str(page))
+    done = process(str(SCRIPT), "antenna_3rsu", "--outputs", "alpha=10deg,beta=5deg", *out)
+    assert done.returncode == 0, done.stderr
+    assert "alpha = 10 deg, beta = 5 deg" in page.read_text(encoding="utf-8")
+    relay = ROOT / "scripts" / "trajectories" / "relay_iss.csv"
+    done = process(str(SCRIPT), "antenna_3rsu", "--trajectory", str(relay), *out)
+    assert done.returncode == 0, done.stderr
+    assert '"times"' in page.read_text(encoding="utf-8")
+    assert (
+        process(str(SCRIPT), "antenna_3rsu", "--outputs", "alpha=80,beta=0", *out).returncode == 1
+    )
+    bad = process(str(SCRIPT), "nope", *out)
+    assert bad.returncode == 2
+    assert "Traceback" not in bad.stderr
