@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 import pinmech as pm
 from pinmech.cli import app as commands
@@ -124,6 +125,22 @@ def test_singularity(call) -> None:
     assert record["kinds"] == []
 
 
+def test_singularity_of_the_published_pose(call, antenna) -> None:
+    # The paper's (19), beta to all digits: drive 12 is singular there, 13 is not.
+    def distance(beta):
+        state = pm.inverse(antenna, {"alpha": 0.4, "beta": beta}).unwrap()
+        return pm.singularity(state, drive="12").type2
+
+    beta = float(minimize_scalar(distance, bounds=(-0.25, -0.2), options={"xatol": 1e-11}).x)
+    pose = ("antenna_3rsu", "alpha=0.4rad", f"beta={beta!r}rad")
+    _, out, _ = call("singularity", *pose, "--drive", "12")
+    assert "not controlled by the drive" in out
+    assert json.loads(call("singularity", *pose, "--drive", "12", "--json")[1])["kinds"] == [
+        "type2"
+    ]
+    assert "least controlled by the drive" in call("singularity", *pose, "--drive", "13")[1]
+
+
 @pytest.mark.parametrize("name", pm.mechanisms())
 def test_mobility_of_every_mechanism(call, name: str) -> None:
     found = pm.mobility(pm.load(name).home)
@@ -221,7 +238,7 @@ BAD_INPUT = {
     "unknown option": (("inverse", "antenna_3rsu", "--foo"), "--foo"),
     "no name": (("inverse",), "NAME"),
     "no outputs": (("inverse", "antenna_3rsu"), "missing"),
-    "an output missing": (("inverse", "antenna_3rsu", "alpha=1"), "'beta' are missing"),
+    "an output missing": (("inverse", "antenna_3rsu", "alpha=1"), "missing output: beta"),
     "unknown output": (("inverse", "antenna_3rsu", "alpha=1", "bta=2"), "did you mean 'beta'"),
     "no number": (("inverse", "antenna_3rsu", "alpha=x", "beta=2"), "not a finite number"),
     "nan": (("inverse", "antenna_3rsu", "alpha=nan", "beta=2"), "not a finite number"),
@@ -232,7 +249,7 @@ BAD_INPUT = {
     "twice": (("inverse", "antenna_3rsu", "alpha=1", "alpha=2"), "twice"),
     "mode": (("inverse", "antenna_3rsu", "alpha=1", "beta=2", "--mode", "arm1=0"), "1 (as at"),
     "limb": (("inverse", "antenna_3rsu", "alpha=1", "beta=2", "--mode", "leg=1"), "unknown limb"),
-    "too few": (("forward", "antenna_3rsu", "arm1=30"), "do not determine the pose"),
+    "too few": (("forward", "antenna_3rsu", "arm1=30"), "it takes 2 to determine the pose"),
     "actuator": (("forward", "antenna_3rsu", "arm7=30"), "unknown actuator"),
     "lock": (("mobility", "antenna_3rsu", "--lock", "x"), "'x'"),
     "drive": (("singularity", "antenna_3rsu", "--drive", "x"), "unknown drive"),

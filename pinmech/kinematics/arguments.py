@@ -27,7 +27,7 @@ def vector(values: Values, names: Sequence[str], what: str) -> Array:
                 raise UnknownNameError(what, str(key), names)
         missing = [name for name in names if name not in values]
         if missing:
-            raise InputError(f"{what}s {', '.join(map(repr, missing))} are missing")
+            raise InputError(f"missing {what}: {', '.join(missing)} (needs all of {', '.join(names)})")
         values = [values[name] for name in names]
     out = numbers(values, what)
     if out.shape != (len(names),):

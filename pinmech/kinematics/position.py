@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import combinations
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations, islice
 
 import numpy as np
 import pinocchio as pin
@@ -23,14 +23,15 @@ from pinmech.kinematics.branch import (
 )
 from pinmech.kinematics.limbsolve import solve_limb, starts
 from pinmech.kinematics.memo import per_mechanism
-from pinmech.kinematics.motion import idle_freedoms, input_mobility
-from pinmech.kinematics.scaling import scaled_closure_jacobian, selector
+from pinmech.kinematics.motion import idle_freedoms, input_mobility, motions_at
+from pinmech.kinematics.scaling import scaled_closure_jacobian, selector, velocity_scale
 from pinmech.kinematics.solution import Solution, Status
 from pinmech.kinematics.solver import (
     Pose,
     Problem,
     limit_breaches,
     minimise,
+    nearest,
     newton,
     wrap_towards,
 )
@@ -45,6 +46,13 @@ Array = np.ndarray
 #: How far actuators given beyond those needed may be from the values that close the loops
 #: [rad, or in characteristic lengths].
 CONSISTENT = 1e-7
+#: Scaled smallest singular value up to which actuators do not determine the pose.
+DETERMINED = 1e-6
+#: Longest step [rad or characteristic lengths] towards the values of surplus actuators, how many
+#: such steps, and how many straight lines of subsets are tried.
+APPROACH = 0.2
+_APPROACHES = 100
+_LINES = 12
 
 
 def inverse(
@@ -297,15 +305,17 @@ def nearest_approach(
 ) -> float:
     """How near the equations can be brought to closing [m], searched from 16 starts; 0 when they
     close with every axis the right way round. ``q`` (nq,) has the held coordinates set."""
-    best = np.inf
+    best, closest = np.inf, q
     for values in starts(mechanism, problem.free, q[problem.free], 16):
         trial = q.copy()
         trial[problem.free] = values
-        best = min(best, minimise(problem, system, trial, iterations=60))
+        left = minimise(problem, system, trial, iterations=60)
+        if left < best:
+            best, closest = left, trial.copy()
         run = newton(problem, system, trial)
         if run.converged and close(mechanism, trial, system.data)[0] is not None:
             return 0.0
-    return best * mechanism.length
+    return nearest(problem, system, closest) * mechanism.length
 
 
 def _quick(mechanism: Mechanism, system: ClosureSystem) -> Warm:
@@ -422,8 +432,8 @@ class ForwardSolver:
         self._count = 0
         if len(names) < self.mobility:
             raise InputError(
-                f"{len(names)} actuators ({', '.join(names) or 'none'}) do not determine the pose:"
-                f" the mechanism has {self.mobility} degrees of freedom"
+                f"actuators given: {', '.join(names) or 'none'}; it takes {self.mobility} to determine "
+                "the pose"
             )
 
     def joint_values(self, values: Array) -> Array:
@@ -434,21 +444,63 @@ class ForwardSolver:
         """Solve for (n,) actuator values, starting from a closed q (nq,)."""
         self._count = 0
         wanted = self.joint_values(values)
-        subset = self.best_subset(start)
-        if subset is None:
+        if self.best_subset(start) is None:
             return self._fail("singular", self._singular_start(), 0)
-        solution, q = self._solve_subset(subset, wanted, start)
-        if solution is None:
-            better = self.best_subset(q)
-            if better is not None and better != subset:
-                # Near a singularity of the first subset the other one says more exactly.
-                again, q_again = self._solve_subset(better, wanted, q)
-                if again is None:
-                    q = q_again
-        else:
-            return solution
-        if self.mismatch(wanted, q) > self.tolerance:
-            return self._fail("inconsistent", self._contradiction(wanted, q), self._count)
+        trouble: Solution | None = None
+        closest: Array | None = None
+        for failed, q in self._candidates(wanted, start):
+            if failed is not None:
+                trouble = trouble or failed
+            elif self.mismatch(wanted, q) <= self.tolerance:
+                return self._accept(q)
+            elif closest is None or self.mismatch(wanted, q) < self.mismatch(wanted, closest):
+                closest = q
+        if closest is None:
+            assert trouble is not None
+            return trouble
+        return self._fail("inconsistent", self._contradiction(wanted, closest), self._count)
+
+    def _candidates(self, wanted: Array, start: Array) -> Iterator[tuple[Solution | None, Array]]:
+        """Where the actuators lead: (failure, q) or (None, q), the likeliest first.
+
+        As many actuators as needed have one straight line. More of them cannot move in a straight
+        line at all, and the line of a subset may meet a singularity that the others hold, or end
+        in another assembly mode than they mean: so several ways are tried for a state that all
+        agree with.
+        """
+        every = range(len(self.names))
+        if len(self.names) > self.mobility:
+            near = self._approach(wanted, start)
+            best = self.best_subset(near)
+            if best is not None:
+                yield self._solve_subset(best, wanted, near)
+        for subset in islice(combinations(every, self.mobility), _LINES):
+            yield self._solve_subset(subset, wanted, start)
+
+    def _approach(self, wanted: Array, start: Array) -> Array:
+        """As near to all values as the loops allow: Gauss–Newton along the feasible motions."""
+        mechanism, system, q = self.mechanism, self.system, start.copy()
+        scale, whole = velocity_scale(mechanism), Problem(mechanism, np.arange(mechanism.model.nv))
+        for _ in range(_APPROACHES):
+            system.evaluate(q)
+            feasible = motions_at(mechanism, system).basis
+            seen = feasible[self.coordinates]
+            if np.linalg.svd(seen, compute_uv=False)[-1] <= DETERMINED:
+                break
+            gap = (wanted - q[self.coordinates]) * self._weights
+            step = feasible @ np.linalg.lstsq(seen, gap, rcond=None)[0]
+            size = float(np.abs(step).max())
+            ahead = q + scale * step * min(1.0, APPROACH / max(size, 1e-300))
+            run = newton(whole, system, ahead)
+            self._count += run.iterations
+            if not run.converged:
+                break
+            q = ahead
+            if size < 1e-6:
+                break
+        return q
+
+    def _accept(self, q: Array) -> Solution:
         if self.limits and (breaches := limit_breaches(self.mechanism, q)):
             return self._fail("limit", f"needs {breaches[0]}", self._count)
         self.system.evaluate(q)
@@ -487,7 +539,7 @@ class ForwardSolver:
         None when every choice is singular there."""
         self.system.evaluate(q)
         k = scaled_closure_jacobian(self.mechanism, self.system)
-        best, best_value = None, 1e-6
+        best, best_value = None, DETERMINED
         for subset in combinations(range(len(self.names)), self.mobility):
             stacked = np.vstack([k, selector(self.mechanism, self.coordinates[list(subset)])])
             value = determined(stacked, self.mechanism)

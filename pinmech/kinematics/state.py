@@ -50,6 +50,9 @@ class ClosedState:
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a ClosedState is read-only")
 
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError("a ClosedState is read-only")
+
     @cached_property
     def _data(self) -> pin.Data:
         data = self.mechanism.model.createData()
@@ -76,7 +79,7 @@ class ClosedState:
         pairs = zip(self.mechanism.outputs, values, strict=True)
         return MappingProxyType({name: float(x) for name, x in pairs})
 
-    @cached_property
+    @property
     def platform(self) -> pin.SE3:
         """Pose of the platform frame in base axes [m]."""
         return self.frame(self.mechanism.platform)

@@ -374,7 +374,11 @@ def _frame(spec: str | FrameSpec, frames: dict[str, Frame]) -> Frame:
 def characteristic_length(
     model: pin.Model, loops: Sequence[Loop], platform: Frame, q: np.ndarray
 ) -> float:
-    """Mean distance of the closure frames from the platform origin at q (nq,) [m]."""
+    """Mean distance of the closure frames from the platform origin at q (nq,) [m].
+
+    Where they all but coincide with it (a loop closed at the platform's own origin), the mean
+    distance of all moving joints instead.
+    """
     data = model.createData()
     pin.forwardKinematics(model, data, q)
 
@@ -384,4 +388,8 @@ def characteristic_length(
     centre = origin(platform)
     distances = [np.linalg.norm(origin(f) - centre) for loop in loops for f in loop.frames]
     mean = float(np.mean(distances))
-    return mean if mean > 1e-9 else 1.0
+    spread = [float(np.linalg.norm(pose.translation - centre)) for pose in list(data.oMi)[1:]]
+    size = float(np.mean(spread))
+    if mean > max(0.05 * size, 1e-9):
+        return mean
+    return size if size > 1e-9 else 1.0

@@ -10,14 +10,12 @@ import pinmech as pm
 from pinmech.reports import antenna_errors, antenna_forward, antenna_singular
 from pinmech.reports.antenna_model import (
     POSES,
-    OpenArms,
     coefficients,
     corrected_j3_alpha,
     geometry,
     outward,
     points,
     printed_coefficients,
-    q_terms,
 )
 from pinmech.reports.verdict import PaperTable
 
@@ -28,12 +26,8 @@ SWEEP = np.deg2rad(np.linspace(-15.0, 15.0, 121))
 SWEEP_RATE = np.deg2rad(1.0)
 
 
-def antenna_table(*, figures: bool = True) -> PaperTable:
-    """The table of the antenna paper.
-
-    Args:
-        figures: name the pictures that :mod:`pinmech.reports.figures_antenna` draws.
-    """
+def antenna_table() -> PaperTable:
+    """The table of the antenna paper."""
     table = PaperTable(
         "antenna",
         "Antenna pointing mechanism, 3-RSU",
@@ -52,8 +46,6 @@ def antenna_table(*, figures: bool = True) -> PaperTable:
     antenna_singular.add(table, mechanism, states)
     antenna_errors.add(table, mechanism, states)
     _later(table)
-    if not figures:
-        table.items = [item.__class__(**{**vars(item), "figure": ""}) for item in table.items]
     return table
 
 
@@ -154,9 +146,9 @@ def _inverse(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedS
     pose = dict(states[0].outputs)
     for signs in product((1, -1), repeat=3):
         mode = dict(zip(flipped, signs, strict=True))
-        found = pm.inverse(mechanism, pose, mode=mode, limits=False)
-        if found.success and found.state is not None:
-            count.add(tuple(np.round(list(found.state.actuators.values()), 6)))
+        answer = pm.inverse(mechanism, pose, mode=mode, limits=False).state
+        if answer is not None:
+            count.add(tuple(np.round(list(answer.actuators.values()), 6)))
     table.statement("twoinverse", "numerical example", "inverse solutions", "two for each arm",
                     f"{len(count)} = 2³ for three arms", holds=len(count) == 8,
                     why="all working modes of the first pose")
@@ -238,6 +230,3 @@ def sweep_paths(mechanism: pm.Mechanism) -> dict[str, pm.Path]:
         "a": pm.inverse_path(mechanism, outputs, limits=False),
         "b": pm.inverse_path(mechanism, outputs, guess=start, mode=flipped, limits=False),
     }
-
-
-__all__ = ["POSES", "SWEEP", "SWEEP_RATE", "OpenArms", "antenna_table", "q_terms", "sweep_paths"]

@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 import pinmech as pm
 from pinmech.reports.antenna_model import (
     axis_20,
-    coefficients,
     crossing,
     determinant,
     geometry,
@@ -153,12 +152,11 @@ def _boundary(table: PaperTable, mechanism: pm.Mechanism) -> None:
             low, state = middle, run.unwrap()
         else:
             high = middle
-    rows = coefficients_near(state)
-    sizes = np.abs(rows)
+    sizes = np.abs(arm_terms(state))
     found = pm.singularity(state, tolerance=1e-4)
     small = int(sizes.argmin())
     table.statement(
-        "eq24", "eq. (24)", "condition of the inverse singularity, at the reach in β for α = 0.1 rad",
+        "eq24", "eq. (24)", "condition of the inverse singularity, at the reach in β, α = 0.1",
         "the diagonal matrix of \"equation (39)\" is zero",
         f"β = {np.rad2deg(low):.4f} deg: |J_iθi| = "
         + ", ".join(f"{x:.3g}" for x in sizes) + " mm²/rad",
@@ -168,7 +166,7 @@ def _boundary(table: PaperTable, mechanism: pm.Mechanism) -> None:
         f"(arm {small + 1}) is stretched (scaled distance {found.type1:.0e})")
 
 
-def coefficients_near(state: pm.ClosedState) -> Array:
+def arm_terms(state: pm.ClosedState) -> Array:
     """(3,) J_iθi [mm²/rad] where Jacobians per output rate do not exist: from the arms' axes."""
     a, b, c = points(state)
     out = np.zeros(3)
@@ -177,6 +175,3 @@ def coefficients_near(state: pm.ClosedState) -> Array:
         axis /= np.linalg.norm(axis)
         out[k] = -2.0 * (b[k] - c[k]) @ np.cross(axis, c[k] - a[k])
     return out
-
-
-__all__ = ["Meeting", "add", "coefficients", "meetings", "singular_state"]

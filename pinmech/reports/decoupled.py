@@ -205,14 +205,14 @@ def _workspace(table: PaperTable, crank: pm.Mechanism) -> None:
 
 
 def hemisphere(crank: pm.Mechanism, reach: float, count: int = 9) -> float:
-    """Area that P sweeps with theta1 within ±90 deg and |theta2| up to ``reach`` [rad], over that of
-    a hemisphere: Gauss quadrature of the area element from the model's Jacobian."""
+    """Area that P sweeps with theta1 within ±90 deg and |theta2| up to ``reach`` [rad], in
+    hemispheres: Gauss quadrature of the area element from the model's Jacobian."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     total = 0.0
     for node, weight in zip(nodes, weights, strict=True):
         state = at(crank, 0.2, np.rad2deg(reach * node))
         point = state.frame("platform_r3").translation
         turning = pm.frame_jacobian(state, "platform")[3:]
-        sides = [np.cross(turning[:, k], point) for k in (0, 1)]
-        total += weight * reach * np.pi * float(np.linalg.norm(np.cross(*sides))) / (point @ point)
+        element = np.cross(np.cross(turning[:, 0], point), np.cross(turning[:, 1], point))
+        total += weight * reach * np.pi * float(np.linalg.norm(element) / (point @ point))
     return total / (2.0 * np.pi)

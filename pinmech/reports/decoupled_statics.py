@@ -14,7 +14,8 @@ Array = np.ndarray
 #: Radii of the friction circle that are tried, ρ = μ r [m]; the paper prints none.
 RADII = (0.001, 0.005, 0.020)
 #: theta2 of Figure 3 [deg].
-CURVE = np.arange(-85.0, 85.1, 5.0)
+CURVE = np.concatenate([np.arange(-85.0, -60.0, 1.0), np.arange(-60.0, 60.1, 5.0),
+                        np.arange(61.0, 85.1, 1.0)])
 
 
 def forces(mechanism: pm.Mechanism, angles: Array) -> tuple[Array, Array]:

@@ -10,7 +10,16 @@ import pinmech as pm
 from pinmech.reports.decoupled import FIGURE_9
 from pinmech.reports.decoupled_model import at
 from pinmech.reports.decoupled_statics import CURVE, RADII, forces
-from pinmech.reports.figures import COLOURS, axes3d, equal, new_figure, polyline, save, tidy
+from pinmech.reports.figures import (
+    COLOURS,
+    Array,
+    axes3d,
+    equal,
+    new_figure,
+    polyline,
+    save,
+    tidy,
+)
 
 
 def draw(folder: Path) -> list[Path]:
@@ -46,33 +55,39 @@ def _figure8(folder: Path, crank: pm.Mechanism) -> Path:
     every = []
     turns, tilts = np.linspace(-90.0, 90.0, 37), np.linspace(-reach, reach, 37)
     for t in np.linspace(-reach, reach, 9):
-        row = [_p(crank, one, t) for one in turns]
+        row = _places(crank, turns, np.full_like(turns, t))
         polyline(ax, row, color=COLOURS[0], linewidth=1.0)
-        every += row
+        every.append(row)
     for one in np.linspace(-90.0, 90.0, 9):
-        polyline(ax, [_p(crank, one, t) for t in tilts], color=COLOURS[1], linewidth=1.0)
+        polyline(ax, _places(crank, np.full_like(tilts, one), tilts), color=COLOURS[1],
+                 linewidth=1.0)
     ax.plot([], [], color=COLOURS[0], label="θ1 alone: latitude")
     ax.plot([], [], color=COLOURS[1], label="θ2 alone: longitude")
     ax.legend(frameon=False, loc="upper right")
-    equal(ax, np.array(every))
+    equal(ax, np.vstack(every))
     ax.view_init(20, -35)
     figure.suptitle(f"Figure 8: workspace of P (taken at R3), |θ2| < {reach:.2f}°")
     return save(figure, folder, "decoupled_fig8.png")
 
 
-def _p(crank: pm.Mechanism, one: float, two: float) -> np.ndarray:
-    return at(crank, np.deg2rad(one), two).frame("platform_r3").translation * 1e3
+def _places(crank: pm.Mechanism, theta1: Array, theta2: Array) -> Array:
+    """P (n, 3) [mm] along a path of theta1 and theta2 (n,) [deg]."""
+    start = at(crank, np.deg2rad(theta1[0]), float(theta2[0]))
+    path = pm.inverse_path(crank, np.deg2rad(np.column_stack([theta1, theta2])), guess=start)
+    states = [path.state(k) for k in range(len(path))]
+    return np.array([state.frame("platform_r3").translation for state in states]) * 1e3
 
 
 def _figure9(folder: Path, crank: pm.Mechanism) -> Path:
     figure = new_figure(12.0, 4.6)
+    post = np.array([[0.0, 0.0, -80.0], [0.0, 0.0, 80.0]])
     for k, (one, two) in enumerate(FIGURE_9):
         state = at(crank, np.pi * one, 180.0 * two)
         ax = axes3d(figure, 1, 3, k + 1,
                     f"({'abc'[k]}) θ1 = {180 * one:g}°, θ2 = {180 * two:g}°")
         p = {name: state.frame(name).translation * 1e3 for name in crank.frames}
         z2 = state.platform.rotation @ np.array([0.0, 60.0, 0.0])
-        polyline(ax, [[0, 0, -80], [0, 0, 80]], color="0.4", linewidth=2)
+        polyline(ax, post, color="0.4", linewidth=2, label="axis R1")
         polyline(ax, [-z2, z2], color=COLOURS[3], linewidth=2, label="axis z2")
         polyline(ax, [p["platform"], p["platform_r3"]], color="black", linewidth=3,
                  label="platform o R3")
@@ -81,10 +96,10 @@ def _figure9(folder: Path, crank: pm.Mechanism) -> Path:
         polyline(ax, [p["crank"], p["riser"], p["riser_r8"], p["follower"], p["crank"]],
                  color=COLOURS[1], marker="o", markersize=4, linewidth=2,
                  label="R9 R7 R8 R10")
-        equal(ax, np.array([*p.values(), -z2, z2, [0, 0, -80], [0, 0, 80]]))
+        equal(ax, np.vstack([*p.values(), -z2, z2, post]))
         ax.view_init(22, -60)
         if k == 0:
             handles, labels = ax.get_legend_handles_labels()
-            figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
+            figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False)
     figure.suptitle("Figure 9: the three configurations")
     return save(figure, folder, "decoupled_fig9.png")

@@ -9,7 +9,6 @@ import pinmech as pm
 from pinmech.reports import spherical_index, spherical_screws
 from pinmech.reports.spherical_model import (
     LIMBS,
-    limb_axes,
     phi,
     printed_inverse_jacobian,
     state_at,
@@ -149,10 +148,10 @@ def _inverse(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedS
                   tolerance=1e-10, why="the model's: from U_i to O")
     table.formula("eq12", "eq. (12)", "angles φ_i, eight configurations", np.rad2deg(atan),
                   np.rad2deg(angle), "deg", tolerance=1e-8)
-    s = np.array(list(states[0].outputs.values()))
+    pose = np.array(list(states[0].outputs.values()))
     inside = 0
     for flips in np.ndindex(2, 2, 2):
-        cranks = np.rad2deg(phi(state_at(mechanism, s, flip=[1 - 2 * f for f in flips]))) + 180.0
+        cranks = np.rad2deg(phi(state_at(mechanism, pose, flip=[1 - 2 * f for f in flips]))) + 180.0
         inside += bool(((cranks % 360.0 > 0.0) & (cranks % 360.0 < 180.0)).all())
     table.statement(
         "unique", "after (12)", "the inputs of an orientation are unique", "one set",
@@ -190,6 +189,3 @@ def _rates(table: PaperTable, states: list[pm.ClosedState]) -> None:
                   moving, tolerance=1e-9)
     table.formula("eq15", "eq. (15)", "all nine entries of J⁻¹, eight configurations", printed,
                   model, tolerance=1e-9)
-
-
-__all__ = ["TABLE_1", "limb_axes", "spherical_table"]

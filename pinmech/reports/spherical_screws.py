@@ -147,18 +147,19 @@ def _flat(table: PaperTable, mechanism: pm.Mechanism) -> None:
 
     a = brentq(crank, 60.0, 70.0, xtol=1e-13)
     state = state_at(mechanism, np.deg2rad([a, a, 0.0]))
-    kinds, rank = pm.singularity(state).kinds, pm.mobility(state).rank
+    kinds = pm.singularity(state).kinds
+    ranks = [pm.mobility(s).rank for s in (state, mechanism.home)]
     angles = [float(x) for s, row in _table1() for x in row]
     table.statement(
         "fig4", "Fig. 4", "the parallelogram is singular at φ_i = 0 and 180 deg", "singular",
-        f"{', '.join(sorted(kinds))}; closure rank {rank}, elsewhere {pm.mobility(mechanism.home).rank}",
+        f"{', '.join(sorted(kinds))}; closure rank {ranks[0]}, at home {ranks[1]}",
         holds="constraint" in kinds,
         why=f"at s = ({a:.4f}, {a:.4f}, 0) deg, where φ2 = 0 and no other limb is special")
     table.statement(
         "range", "Fig. 4", "range of the input angles",
         "between 0 and 180 deg", f"Table 1: φ from {min(angles):g} to {max(angles):g} deg; cranks "
         f"from {180 + min(angles):g} to {180 + max(angles):g} deg",
-        holds=0 < 180 + min(angles) and 180 + max(angles) < 180,
+        holds=180 + min(angles) > 0 and 180 + max(angles) < 180,
         assumption="the text means the crank A_iD_i, which points against v_i: ψ_i = φ_i + 180 deg")
 
 

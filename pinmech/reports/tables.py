@@ -41,8 +41,7 @@ def verdicts_csv(tables: Iterable[PaperTable]) -> str:
 
 def read_verdicts(text: str) -> dict[str, str]:
     """Item -> verdict out of :func:`verdicts_csv`."""
-    rows = list(csv.reader(io.StringIO(text)))
-    return {name: verdict for name, verdict in rows[1:]}
+    return {row["id"]: row["verdict"] for row in csv.DictReader(io.StringIO(text))}
 
 
 def counts(items: Iterable[Item]) -> dict[str, int]:

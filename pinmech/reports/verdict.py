@@ -8,7 +8,7 @@ reproducible*.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -50,7 +50,7 @@ MEANING: dict[str, str] = {
 
 def worse(now: str, before: str) -> bool:
     """True when a verdict is worse than an earlier one."""
-    return VERDICTS.index(now) > VERDICTS.index(before)  # type: ignore[arg-type]
+    return VERDICTS.index(now) > VERDICTS.index(before)
 
 
 @dataclass(frozen=True)
@@ -243,6 +243,10 @@ class PaperTable:
         """What needs an analysis that this version does not have."""
         return self._add(key, place, what, published, "", "", "not in this version", why, "")
 
+    def forget_figures(self) -> None:
+        """Take out the names of pictures, for tables that are written without them."""
+        self.items = [replace(item, figure="") for item in self.items]
+
     def _add(
         self, key: str, place: str, what: str, published: str, value: str, difference: str,
         verdict: Verdict, why: str, figure: str,
@@ -275,6 +279,8 @@ def unit_of_last_digit(text: str) -> float:
 def shown_like(text: str, value: float) -> str:
     """A value with one digit more than a printed number."""
     mantissa, mark, exponent = text.lower().partition("e")
+    if mantissa.lstrip("-").isdigit() and not mark and abs(value - round(value)) < 1e-8:
+        return f"{value:.0f}"
     decimals = len(mantissa.partition(".")[2]) + 1
     if not mark:
         return f"{value:.{decimals}f}"

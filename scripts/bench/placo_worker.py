@@ -13,7 +13,7 @@ import sys
 import time
 
 import numpy as np
-import placo
+import placo  # type: ignore[import-not-found]
 
 Array = np.ndarray
 STEPS = 30

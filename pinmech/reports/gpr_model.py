@@ -1,0 +1,162 @@
+"""The gimbal paper's matrices, built from the points of the URDF model, in millimetres.
+
+P = (q1, q2, q3, P1, P2, P3), Y = (L12, L23, L31), X = (l1, l2, l3); Φ as in the paper's (1): three
+rod equations of three components, then three squared distances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import pinmech as pm
+
+Array = np.ndarray
+
+#: Pairs of spherical joints, in the order of Y.
+PAIRS = ((0, 1), (1, 2), (2, 0))
+#: Heights of the rods at level [m], and configurations away from it: z [m], alpha, beta [deg].
+HEIGHT = 0.3
+TILTED = ((0.30, 1.5, -0.8), (0.28, -2.0, 2.0), (0.35, 6.0, 4.0), (0.32, 0.0, -9.0))
+#: Singular values of the paper's matrices, in mm, up to which a rank counts them as zero.
+RANK = 1e-8
+
+
+def rod_tips(state: pm.ClosedState) -> Array:
+    """P_k (3, 3) by rows [mm]."""
+    return np.array([state.frame(f"rod{k}").translation for k in (1, 2, 3)]) * 1e3
+
+
+def rods(state: pm.ClosedState) -> Array:
+    """q_k (3,) [mm]."""
+    return np.array(list(state.actuators.values())) * 1e3
+
+
+def spans(tips: Array) -> Array:
+    """L12, L23, L31 (3,) [mm] of points (3, 3) by rows."""
+    return np.array([np.linalg.norm(tips[b] - tips[a]) for a, b in PAIRS])
+
+
+def arms(state: pm.ClosedState) -> Array:
+    """l_k = |O_p P_k| (3,) [mm], from the frames."""
+    return np.linalg.norm(rod_tips(state) - 1e3 * state.platform.translation, axis=1)
+
+
+def phi(state: pm.ClosedState) -> Array:
+    """Φ (12,) [mm, mm²] of (1) at a state, Y taken from it."""
+    tips, q = rod_tips(state), rods(state)
+    feet = np.array([state.mechanism.home.frame(f"rod{k}").translation for k in (1, 2, 3)]) * 1e3
+    feet[:, 2] = 0.0
+    upper = feet + np.outer(q, [0.0, 0.0, 1.0]) - tips
+    squares = [float((tips[b] - tips[a]) @ (tips[b] - tips[a])) for a, b in PAIRS]
+    frames = np.array([1e3 * state.frame(slider(state, k)).translation for k in (1, 2, 3)])
+    return np.concatenate([upper.ravel(), np.array(squares) - spans(frames) ** 2])
+
+
+def slider(state: pm.ClosedState, k: int) -> str:
+    """The frame on the platform's side of spherical joint k."""
+    name = f"slider{k}"
+    return name if name in state.mechanism.frames else f"platform_p{k}"
+
+
+def phi_by_p(tips: Array, *, printed: bool = False) -> Array:
+    """∂Φ/∂P (12, 12), from points (3, 3) by rows [mm].
+
+    Args:
+        tips: P_k.
+        printed: the third row of A_44 as printed. (A_43 lacks its zero row in print and A_44 has
+            a fourth one: they fit nowhere, and are put right in both cases.)
+    """
+    out = np.zeros((12, 12))
+    for k in range(3):
+        out[3 * k + 2, k] = 1.0
+        out[3 * k : 3 * k + 3, 3 * k + 3 : 3 * k + 6] = -np.eye(3)
+    for row, (a, b) in enumerate(PAIRS, start=9):
+        side = 2.0 * (tips[b] - tips[a])
+        out[row, 3 * b + 3 : 3 * b + 6] += side
+        out[row, 3 * a + 3 : 3 * a + 6] -= side
+    if printed:
+        out[11, 9:12] = -2.0 * (tips[2] - tips[1])
+    return out
+
+
+def phi_by_y(tips: Array) -> Array:
+    """∂Φ/∂Y (12, 3) [mm]: zeros above -2 diag(L)."""
+    return np.vstack([np.zeros((9, 3)), -2.0 * np.diag(spans(tips))])
+
+
+def y_by_x(x: Array, y: Array, sign: float = 1.0) -> Array:
+    """∂Y/∂X (3, 3); ``sign`` -1 for (6) as printed."""
+    out = np.zeros((3, 3))
+    for row, (a, b) in enumerate(PAIRS):
+        out[row, a] = (x[a] + 0.5 * x[b]) / y[row]
+        out[row, b] = (x[b] + 0.5 * x[a]) / y[row]
+    return sign * out
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Rates per output rate (columns z, alpha, beta) at a state [mm/s per m/s or rad/s].
+
+    Attributes:
+        p: (12, 3) of P.
+        y: (3, 3) of Y, from central differences of closed states: no matrix of the paper is used.
+        x: (3, 3) of X, from the slider joints.
+    """
+
+    p: Array
+    y: Array
+    x: Array
+
+
+def rates(state: pm.ClosedState, step: float = 1e-5) -> Rates:
+    """How P, Y and X move with the outputs."""
+    mechanism = state.mechanism
+    motion = [pm.frame_jacobian(state, f"rod{k}")[:3] * 1e3 for k in (1, 2, 3)]
+    p = np.vstack([pm.inverse_jacobian(state) * 1e3, *motion])
+    at = np.array(list(state.outputs.values()))
+    y, x = np.zeros((3, 3)), np.zeros((3, 3))
+    for k in range(3):
+        sides = []
+        for sign in (1.0, -1.0):
+            shifted = at.copy()
+            shifted[k] += sign * step
+            sides.append(spans(rod_tips(pm.inverse(mechanism, shifted, guess=state).unwrap())))
+        y[:, k] = (sides[0] - sides[1]) / (2.0 * step)
+        v = pm.velocity(state, np.eye(3)[k])
+        x[:, k] = [1e3 * v[mechanism.coordinate(f"l{n}")] for n in (1, 2, 3)]
+    return Rates(p, y, x)
+
+
+def at(mechanism: pm.Mechanism, pose: tuple[float, float, float]) -> pm.ClosedState:
+    """The state at z [m], alpha, beta [deg]."""
+    return pm.inverse(mechanism, [pose[0], *np.deg2rad(pose[1:])]).unwrap()
+
+
+def staggered(mechanism: pm.Mechanism, ratio: float, height: float = HEIGHT) -> pm.ClosedState:
+    """The state with (q1, q2, q3) = (z - d, z + d, z), d = ratio · R: the assumed pattern."""
+    radius = float(arms(mechanism.home).mean()) * 1e-3
+    d = ratio * radius
+    return pm.forward(mechanism, [height - d, height + d, height]).unwrap()
+
+
+def tilt(state: pm.ClosedState) -> float:
+    """Angle between the platform's normal and z [deg]."""
+    normal = state.platform.rotation[:, 2]
+    return float(np.rad2deg(np.arctan2(np.hypot(normal[0], normal[1]), normal[2])))
+
+
+#: The paper's step: q3 (and with it the height of P3) moves by 10 mm.
+STEP = np.array([0.0, 0.0, 10.0, *[0.0] * 8, 10.0])
+
+
+def smallest(state: pm.ClosedState) -> float:
+    """σ_11 of ∂Φ/∂P, the smallest singular value that is not always zero [mm]."""
+    return float(np.linalg.svd(phi_by_p(rod_tips(state)), compute_uv=False)[10])
+
+
+def span_change(state: pm.ClosedState, step: Array = STEP) -> Array:
+    """The linear dY (3,) [mm] of a step dP (12,) [mm], from (4)."""
+    tips = rod_tips(state)
+    return -np.linalg.pinv(phi_by_y(tips)) @ phi_by_p(tips) @ step
