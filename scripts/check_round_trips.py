@@ -8,7 +8,7 @@ began, both to 1e-9 rad or m. All solves start from home, none from a neighbour.
     python scripts/check_round_trips.py                     # 5,000 poses a sample
     python scripts/check_round_trips.py --poses 200 --mechanism decoupled_4r --edge
 
-With --edge the decoupled mechanisms are sampled between 85 and 89.9 deg alone, next to the neighbouring
+With --edge the decoupled mechanisms are sampled from 85 to 89.9 deg alone, next to the neighbouring
 assembly mode theta2 -> 180 deg - theta2: there forward may refuse (``singular``), but never err.
 """
 

@@ -432,8 +432,8 @@ class ForwardSolver:
         self._count = 0
         if len(names) < self.mobility:
             raise InputError(
-                f"actuators given: {', '.join(names) or 'none'}; it takes {self.mobility} to determine "
-                "the pose"
+                f"actuators given: {', '.join(names) or 'none'}; it takes {self.mobility} to "
+                "determine the pose"
             )
 
     def joint_values(self, values: Array) -> Array:
@@ -484,6 +484,8 @@ class ForwardSolver:
         for _ in range(_APPROACHES):
             system.evaluate(q)
             feasible = motions_at(mechanism, system).basis
+            if not feasible.shape[1]:
+                break
             seen = feasible[self.coordinates]
             if np.linalg.svd(seen, compute_uv=False)[-1] <= DETERMINED:
                 break

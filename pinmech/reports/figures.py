@@ -66,17 +66,17 @@ def polyline(ax: Any, points: Sequence[Array] | Array, **style: Any) -> None:
     ax.plot(rows[:, 0], rows[:, 1], rows[:, 2], **style)
 
 
-def equal(ax: Any, points: Array, labels: str = "{} [mm]") -> None:
+def equal(ax: Any, points: Array, zoom: float = 0.95) -> None:
     """Same scale on all axes of a 3D view, around points (n, 3)."""
     rows = np.asarray(points, dtype=float).reshape(-1, 3)
     low, high = rows.min(axis=0), rows.max(axis=0)
     half = 0.5 * float((high - low).max())
     for middle, name in zip(0.5 * (low + high), "xyz", strict=True):
         getattr(ax, f"set_{name}lim")(middle - half, middle + half)
-        getattr(ax, f"set_{name}label")(labels.format(name))
+        getattr(ax, f"set_{name}label")(f"{name} [mm]")
         getattr(ax, f"{name}axis").set_major_locator(_few_ticks())
         ax.tick_params(labelsize="small")
-    ax.set_box_aspect((1, 1, 1), zoom=0.95)
+    ax.set_box_aspect((1, 1, 1), zoom=zoom)
 
 
 def _few_ticks() -> Any:

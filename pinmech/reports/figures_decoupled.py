@@ -96,7 +96,7 @@ def _figure9(folder: Path, crank: pm.Mechanism) -> Path:
         polyline(ax, [p["crank"], p["riser"], p["riser_r8"], p["follower"], p["crank"]],
                  color=COLOURS[1], marker="o", markersize=4, linewidth=2,
                  label="R9 R7 R8 R10")
-        equal(ax, np.vstack([*p.values(), -z2, z2, post]))
+        equal(ax, np.vstack([*p.values(), -z2, z2, post]), zoom=0.85)
         ax.view_init(22, -60)
         if k == 0:
             handles, labels = ax.get_legend_handles_labels()

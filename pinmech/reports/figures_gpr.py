@@ -79,12 +79,13 @@ def _figure6(folder: Path, share: Array, states: list[pm.ClosedState]) -> Path:
         ax = figure.add_subplot(1, 2, k + 1)
         for n, (key, label, style) in enumerate((
             (name, f"‖d{name.upper()}‖", "-"),
-            (f"printed {name}", "bound as printed", "--"),
-            (f"corrected {name}", "corrected bound", "-"),
+            (f"printed {name}", "lower bound as printed", "--"),
+            (f"corrected {name}", "corrected lower bound", ":"),
         )):
-            ax.plot(share, [f[key] for f in found], style, color=COLOURS[n], label=label)
+            ax.semilogy(share, [max(f[key], 1e-9) for f in found], style, color=COLOURS[n],
+                        label=label)
         ax.legend(frameon=False, loc="upper right")
-        ax.set_ylim(0, 1.6 * max(f[name] for f in found))
+        ax.set_ylim(1e-5, 1e2)
         tidy(ax, "share of the motion", f"‖d{name.upper()}‖ [mm]", f"({'ab'[k]})")
     figure.suptitle("Figure 6: bounds for dq3 = 10 mm along the assumed motion")
     return save(figure, folder, "gpr_fig6.png")
@@ -100,7 +101,7 @@ def _figure7(folder: Path, mechanism: pm.Mechanism) -> Path:
             ax.plot(angles, moved[:, k], color=COLOURS[k], label=part)
         for value in (-30.0, 30.0):
             ax.axhline(value, color="black", linestyle=":", linewidth=1.0)
-        ax.set_ylim(-36, 36)
+        ax.set_ylim(-36, 45)
         ax.legend(frameon=False, loc="upper center", ncols=3)
         tidy(ax, f"{name} [deg]", "deviation of the centre [µm]",
              f"({'ab'[axis]}) turning about e{axis + 1}")
