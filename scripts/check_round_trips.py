@@ -110,12 +110,14 @@ def wrist_pose(phi: Array) -> Array:
 
 
 def tracker_outputs(rng: np.random.Generator, edge: bool) -> Array:
-    """theta1, theta2 where the chain R4-R5-R6 of the 4r architecture reaches with 5 mm to spare."""
+    """theta1, theta2 to which the chain R4-R5-R6 of the 4r architecture reaches with 5 mm to spare,
+    all along the straight line from home."""
     slack = decoupled.Dimensions(r6_x=decoupled.DIMENSIONS.r6_x + 0.005)
+    way = np.linspace(0.0, 1.0, 40)
     while True:
         theta1 = rng.uniform(-np.pi, np.pi)
         theta2 = rng.uniform(CALM, EDGE) * rng.choice((-1, 1)) if edge else rng.uniform(-CALM, CALM)
-        if decoupled.chain_reaches(theta1, theta2, theta2, slack):
+        if decoupled.chain_reaches(way * theta1, way * theta2, way * theta2, slack).all():
             return np.array([theta1, theta2])
 
 

@@ -148,7 +148,7 @@ class Spherical3PaUR:
         for i in (1, 2, 3):
             turn = self.limb_axes(i)
             at = placement(turn @ (self.l0, 0.0, 0.0), turn)
-            links.append(make_link(f"crank{i}", self._crank("driven", 1.0)))
+            links.append(make_link(f"crank{i}", self._crank("driven")))
             joints.append(
                 make_joint(f"crank{i}", "base", f"crank{i}", at, Z, limits=(-limit, limit),
                            role=drive)
@@ -217,7 +217,9 @@ class Spherical3PaUR:
         b_in_base = placement(turn @ (self.l0 - self.ab, 0.0, 0.0), turn)
         d_x = 0.0 if i == 1 or self.cut == "platform" else self.l0  # D in the coupler's frame
         c_in_coupler = placement((d_x - self.ab, 0.0, 0.0))
-        link = make_link(f"rocker{i}", self._crank("rod", 1.0 if self.cut == "platform" else -1.0))
+        # a link's frame is at the joint that carries it: B or C
+        down = placement((0.0, 0.0 if self.cut == "platform" else -self.r0, 0.0))
+        link = make_link(f"rocker{i}", moved(self._crank("rod"), down))
         if self.cut == "platform":
             frames = [frame_link(f"rocker{i}_c{i}"), frame_link(f"coupler{i}_c{i}")]
             joints = [
@@ -236,8 +238,8 @@ class Spherical3PaUR:
 
     # ------------------------------------------------------------------------------ the solids
 
-    def _crank(self, paint: str, sense: float) -> list[Solid]:
-        tip = (0.0, sense * self.r0, 0.0)
+    def _crank(self, paint: str) -> list[Solid]:
+        tip = (0.0, self.r0, 0.0)
         return [
             bar(ORIGIN, tip, 0.014, 0.006, X, paint, self.density, inset=0.012),
             pin(ORIGIN, Z, 0.024, 0.005),

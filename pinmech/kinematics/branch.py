@@ -128,7 +128,7 @@ def blocks(mechanism: Mechanism) -> tuple[Block, ...]:
     found = []
     for limb in mechanism.limbs.values():
         rows = [np.arange(*mechanism.loops[name].rows.indices(10**9)) for name in limb.loops]
-        free = np.array([k for k in limb.coordinates if k not in held], dtype=int)
+        free = np.array(sorted(set(limb.coordinates) - held), dtype=int)
         found.append(
             Block(
                 limb.name,
@@ -276,36 +276,46 @@ def wanted_signs(mechanism: Mechanism, mode: Mapping[str, int] | None, guess: Cl
 class SignReader:
     """Block determinants out of the LU factors of the whole square system.
 
-    With the unknowns ordered by block, pivoting never leaves a block's rows, so each block's
-    determinant is the product of its pivots times the parity of its row order. One instance per
-    path: it remembers the parities of the row orders it has met.
+    Pivoting never leaves a block's rows: in a column of the block all others are zero. So each
+    block's determinant is the product of the pivots in its columns times the parity of its row
+    order. One instance per path: it remembers the parities of the row orders it has met.
 
     Attributes:
-        free: indices of the unknowns, ordered by block.
+        free: indices of the unknowns, ascending.
     """
 
     def __init__(self, parts: Sequence[Block]) -> None:
-        self.free = np.concatenate([part.free for part in parts])
+        columns = np.concatenate([part.free for part in parts])
+        self.free = np.sort(columns)
+        self._columns = np.searchsorted(self.free, columns)
         self._place = np.argsort(np.concatenate([part.rows for part in parts]))
         ends = np.cumsum([len(part.free) for part in parts])
         self._starts = np.concatenate([[0], ends[:-1]])
-        self._slices = [slice(a, b) for a, b in zip(self._starts, ends, strict=True)]
+        self._parts = np.split(self._columns, ends[:-1])
         self._parities: dict[bytes, Array] = {}
 
-    def read(self, lu: Array, pivots: Array) -> Array:
-        """(n_blocks,) determinants from ``dgesv``'s factors."""
-        key = pivots.tobytes()
-        parity = self._parities.get(key)
-        if parity is None:
-            parity = self._parities[key] = self._parity(pivots)
-        return np.multiply.reduceat(lu.diagonal(), self._starts) * parity
+    def read(self, diagonal: Array, pivots: Array) -> Array:
+        """(n_blocks,) determinants from the diagonal and the pivots of ``dgesv``'s factors."""
+        products = np.multiply.reduceat(diagonal.take(self._columns), self._starts)
+        return products * self.parity(pivots)
 
-    def _parity(self, pivots: Array) -> Array:
-        order = np.arange(len(pivots))
-        for k, pivot in enumerate(pivots):
-            order[[k, pivot]] = order[[pivot, k]]
-        place = self._place[order]
-        return np.array([_permutation_sign(place[part]) for part in self._slices])
+    def read_many(self, diagonals: Array, pivots: Sequence[Array]) -> Array:
+        """(N, n_blocks) determinants from N diagonals (N, n) and pivots."""
+        products = np.multiply.reduceat(diagonals[:, self._columns], self._starts, axis=1)
+        return products * np.array([self.parity(row) for row in pivots])
+
+    def parity(self, pivots: Array) -> Array:
+        """(n_blocks,) +1 or -1: parity of each block's row order."""
+        key = pivots.tobytes()
+        found = self._parities.get(key)
+        if found is None:
+            order = np.arange(len(pivots))
+            for k, pivot in enumerate(pivots):
+                order[[k, pivot]] = order[[pivot, k]]
+            place = self._place[order]
+            found = np.array([_permutation_sign(place[part]) for part in self._parts])
+            self._parities[key] = found
+        return found
 
 
 def _permutation_sign(order: Array) -> float:

@@ -7,6 +7,7 @@ only if Newton contracts and no determinant changes its sign; otherwise the care
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -16,6 +17,7 @@ from pinmech.kinematics.branch import Block, fully_labelled, labelled, wanted_si
 from pinmech.kinematics.position import CONSISTENT, ForwardSolver, InverseSolver, output_rows
 from pinmech.kinematics.solution import Path, Solution
 from pinmech.kinematics.state import ClosedState
+from pinmech.kinematics.tracking import LONGEST_MOVE
 from pinmech.kinematics.warm import Warm
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
@@ -25,6 +27,13 @@ Progress = Callable[[int, int], None]
 
 #: Relative change of the step along the path up to which extrapolation pays.
 _SMOOTH = 0.3
+#: Rows that are solved before their signs and limits are checked together.
+_BLOCK = 128
+#: Weights of the rows before a row, by order of the polynomial through them.
+_EXTRAPOLATE = [
+    np.array([(-1.0) ** (order - j) * math.comb(order + 1, j) for j in range(order + 1)])
+    for order in range(6)
+]
 
 
 def inverse_path(
@@ -115,8 +124,8 @@ def forward_path(
         surplus = None
         if len(chosen) < len(names):
 
-            def surplus(k: int, q: Array) -> bool:
-                return solver.mismatch(wanted[k], q) <= 0.1 * tolerance
+            def surplus(part: slice, q: Array) -> Array:
+                return solver.mismatches(wanted[part], q) <= 0.1 * tolerance
 
         runner = _Runner(mechanism, targets, limits=limits, progress=progress, check=surplus)
         return runner.run(warm, solver.solve, targets, start.q, wanted[:, chosen])
@@ -141,7 +150,7 @@ class _Runner:
         *,
         limits: bool,
         progress: Progress | None,
-        check: Callable[[int, Array], bool] | None = None,
+        check: Callable[[slice, Array], Array] | None = None,
     ) -> None:
         self.mechanism, self.limits, self.progress = mechanism, limits, progress
         self.check = check
@@ -164,51 +173,39 @@ class _Runner:
         """``held`` (N, n) are the values of ``warm.held`` that belong to the targets."""
         mechanism, total = self.mechanism, len(targets)
         finite = np.isfinite(targets).all(axis=1)
-        linear, quadratic = _smoothness(held)
-        low, high = mechanism.lower - 1e-9, mechanism.upper + 1e-9
-        bounded = self.limits and bool(np.isfinite(low).any() or np.isfinite(high).any())
-        last, streak = start, 0
-        history: list[Array] = []
+        orders = _orders(held)
+        last, streak, k = start, 0, 0
         if warm is not None:
             warm.calibrate(start)
-        for k in range(total):
-            if self.progress is not None and k % 256 == 0:
+        while k < total:
+            if self.progress is not None:
                 self.progress(k, total)
             if not finite[k]:
                 self._fail(k, "bad_input", "the row holds NaN or infinite values")
+                streak, k = 0, k + 1
+                if warm is not None:
+                    warm.calibrate(last)
                 continue
             if warm is not None:
-                if streak >= 3 and quadratic[k]:
-                    q = 3.0 * (history[0] - history[1]) + history[2]
-                elif streak >= 2 and linear[k]:
-                    q = 2.0 * history[0] - history[1]
-                else:
-                    q = last.copy()
-                q[warm.held] = held[k]
-                if (
-                    warm.solve(q)
-                    and (not bounded or ((q >= low).all() and (q <= high).all()))
-                    and (self.check is None or self.check(k, q))
-                ):
-                    self.q[k] = last = q
-                    self.success[k] = True
-                    self.iterations[k], self.residual[k] = warm.iterations, warm.residual
-                    history = [q, *history[:2]]
-                    streak += 1
-                    continue
+                broken = np.flatnonzero(~finite[k : k + _BLOCK])
+                end = k + (int(broken[0]) if len(broken) else min(_BLOCK, total - k))
+                done = self._sweep(warm, held, orders, range(k, end), last, streak)
+                if done:
+                    k, streak, last = k + done, streak + done, self.q[k + done - 1]
+                    if k == end:
+                        continue
             answer = careful(targets[k], last)
+            self.residual[k], self.iterations[k] = answer.residual, answer.iterations
             if answer.state is None:
                 self._fail(k, answer.status, answer.message)
-                self.residual[k], self.iterations[k] = answer.residual, answer.iterations
-                streak, history = 0, []
-                continue
-            last = answer.state.q
-            self.q[k], self.success[k] = last, True
-            self.residual[k], self.iterations[k] = answer.residual, answer.iterations
-            history = [last, *history[:2]]
-            streak += 1
+                streak = 0
+            else:
+                last = self.q[k] = answer.state.q
+                self.success[k] = True
+                streak += 1
             if warm is not None:
                 warm.calibrate(last)
+            k += 1
         if self.progress is not None:
             self.progress(total, total)
         return Path(
@@ -223,21 +220,69 @@ class _Runner:
             self.messages,
         )
 
+    def _sweep(
+        self, warm: Warm, held: Array, orders: list[int], rows: range, last: Array, streak: int
+    ) -> int:
+        """Solve rows by warm starts until one is not to be trusted; returns how many are good.
+
+        What need not stop Newton at once is checked for all of them together: signs, limits.
+        """
+        q, diagonals, pivots = self.q, [], []
+        shown = last[warm.held]
+        for k in rows:
+            row = q[k]
+            order = min(orders[k], streak - 1)
+            moved = 0.0
+            if order > 0:
+                _EXTRAPOLATE[order].dot(q[k - order - 1 : k], row)
+                row[warm.held] = held[k]
+                if not warm.labelled:
+                    moved = float(np.linalg.norm(row - last))
+            else:
+                row[:] = last
+                row[warm.held] = held[k]
+                moved = warm.predict(row, held[k] - shown)
+            if moved > LONGEST_MOVE or not warm.newton(row, moved):
+                break
+            diagonals.append(warm.diagonal)
+            pivots.append(warm.pivots)
+            self.iterations[k], self.residual[k] = warm.iterations, warm.residual
+            last, shown = row, held[k]
+            streak += 1
+        if not diagonals:
+            return 0
+        part = slice(rows.start, rows.start + len(diagonals))
+        good = warm.agree(np.array(diagonals), pivots)
+        if self.limits:
+            low, high = self.mechanism.lower - 1e-9, self.mechanism.upper + 1e-9
+            good &= ((q[part] >= low) & (q[part] <= high)).all(axis=1)
+        if self.check is not None:
+            good &= self.check(part, q[part])
+        bad = np.flatnonzero(~good)
+        count = int(bad[0]) if len(bad) else len(diagonals)
+        self.success[part.start : part.start + count] = True
+        return count
+
     def _fail(self, row: int, status: str, message: str) -> None:
         self.status[row], self.messages[row] = status, message
+        self.q[row], self.success[row] = np.nan, False
 
 
-def _smoothness(values: Array) -> tuple[list[bool], list[bool]]:
-    """For each row whether linear, and whether quadratic extrapolation from the rows before it
-    predicts the held values well."""
+def _orders(values: Array) -> list[int]:
+    """For each row the order of the polynomial through the rows before it that predicts it well:
+    0 for none. Each difference must be small against the one below it, or a path that jumps about
+    would be extrapolated wildly."""
     count = len(values)
-    linear, quadratic = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    orders, fits = np.zeros(count, dtype=int), np.ones(count, dtype=bool)
+    difference = np.diff(values, axis=0)
     with np.errstate(invalid="ignore"):
-        step = np.linalg.norm(np.diff(values, axis=0), axis=1)
-        second = np.linalg.norm(np.diff(values, n=2, axis=0), axis=1)
-        third = np.linalg.norm(np.diff(values, n=3, axis=0), axis=1)
-        if count > 2:
-            linear[2:] = second <= _SMOOTH * step[1:]
-        if count > 3:
-            quadratic[3:] = linear[3:] & (third <= _SMOOTH * step[2:])
-    return linear.tolist(), quadratic.tolist()
+        for order in range(1, len(_EXTRAPOLATE)):
+            if count <= order + 1:
+                break
+            size = np.linalg.norm(difference, axis=1)
+            difference = np.diff(difference, axis=0)
+            smooth = np.zeros(count, dtype=bool)
+            smooth[order + 1 :] = np.linalg.norm(difference, axis=1) <= _SMOOTH * size[1:]
+            fits &= smooth
+            orders[fits] = order
+    return orders.tolist()

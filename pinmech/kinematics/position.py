@@ -558,7 +558,11 @@ class ForwardSolver:
     def mismatch(self, wanted: Array, q: Array) -> float:
         """How far the joints of the actuators are from what was asked for [rad, or in
         characteristic lengths]."""
-        return float(np.abs((wanted - q[self.coordinates]) * self._weights).max())
+        return float(self.mismatches(wanted, q))
+
+    def mismatches(self, wanted: Array, q: Array) -> Array:
+        """The same for rows (..., n) and (..., nq)."""
+        return np.abs((wanted - q[..., self.coordinates]) * self._weights).max(axis=-1)
 
     def _contradiction(self, wanted: Array, q: Array) -> str:
         worst = int(np.abs((wanted - q[self.coordinates]) * self._weights).argmax())

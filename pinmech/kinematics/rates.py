@@ -123,7 +123,7 @@ def inverse_jacobian(state: ClosedState) -> Array:
     Raises:
         SingularError: at a type 1 singularity.
     """
-    return state.mechanism.actuator_rates(_output_motion(state).per_output.T).T
+    return closed(state).mechanism.actuator_rates(_output_motion(state).per_output.T).T
 
 
 def forward_jacobian(state: ClosedState, *, drive: str | None = None) -> Array:

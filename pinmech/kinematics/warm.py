@@ -2,9 +2,14 @@
 
 It accepts a pose only if Newton contracts and every determinant keeps the sign it should have;
 otherwise the caller asks the careful solver.
+
+Only ``dgesv`` and ``dgetrs`` with one right side are used: OpenBLAS starts threads for more, which
+costs a thousand times the solve on a busy machine.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from scipy.linalg import lapack
@@ -32,9 +37,10 @@ class Warm:
 
     Attributes:
         held: indices of the held coordinates.
-        free: indices of the others, ordered by block.
+        reader: reads the determinants.
         signs: (n_blocks,) determinant signs that a pose must have.
         iterations, residual: of the last solve; the residual is scaled.
+        diagonal, pivots: of the factors of its last step.
     """
 
     def __init__(
@@ -49,45 +55,85 @@ class Warm:
     ) -> None:
         self.system, self.held, self.signs = system, held, signs
         self.reader = SignReader(parts)
-        self.free = self.reader.free
+        free = self.reader.free
+        # A slice is a view, a list of indices a copy.
+        run = len(free) == free[-1] - free[0] + 1
+        self._free = slice(int(free[0]), int(free[-1]) + 1) if run else free
         self.length, self.labelled = mechanism.length, labelled
-        weights = np.where(mechanism.revolving[self.free], 1.0, 1.0 / mechanism.length)
-        self.weights = None if bool((weights == 1.0).all()) else weights
+        weights = np.where(mechanism.revolving[free], 1.0, 1.0 / mechanism.length)
+        self._weights = None if bool((weights == 1.0).all()) else weights
         self.iterations, self.residual = 0, np.inf
+        self.diagonal = self.pivots = np.zeros(0)
         self._least = 0.0
+        self._factors: tuple[Array, Array, Array] | None = None
 
-    def solve(self, q: Array) -> bool:
-        """Newton in place from q with its held coordinates set; False when not to be trusted."""
-        system, free = self.system, self.free
+    def newton(self, q: Array, moved: float = 0.0) -> bool:
+        """Newton in place from q with its held coordinates set; False when it is not to be trusted.
+
+        Args:
+            q: (nq,) changed in place.
+            moved: how far a predictor has moved q already [rad or characteristic lengths], 0 when
+                there was none: Newton must correct little of it.
+        """
+        system, free = self.system, self._free
         bound = (CLOSED * self.length) ** 2
-        first = 0.0
-        lu = pivots = None
+        before = moved
         for count in range(_STEPS + 1):
             e = system.evaluate(q)
             square = e.dot(e)
-            if square <= bound and lu is not None and pivots is not None:
-                self.iterations, self.residual = count, square**0.5 / self.length
-                return bool((self.reader.read(lu, pivots) * self.signs).min() > self._least)
-            lu, pivots, x, info = lapack.dgesv(system.jacobian().take(free, 1), e)
+            if square <= bound and count:
+                self.iterations, self.residual = count, math.sqrt(square) / self.length
+                self.diagonal, self.pivots = lu.diagonal(), pivots
+                self._factors = lu, pivots, k
+                return True
+            k = system.jacobian()
+            lu, pivots, x, info = lapack.dgesv(k[:, free], e)
             if info != 0:
                 return False
-            scaled = x if self.weights is None else x * self.weights
-            step = max(scaled.max(), -scaled.min())
+            scaled = x if self._weights is None else x * self._weights
+            step = math.sqrt(scaled.dot(scaled))
             if self.labelled:
-                if not step <= CLAMP:
+                # The 2-norm is never smaller than the largest entry.
+                if not step <= CLAMP and (step := max(scaled.max(), -scaled.min())) > CLAMP:
                     x *= CLAMP / step
-            elif count == 0:
-                first = step
-                if not step <= LONGEST_MOVE:
+            else:
+                allowed = before if count > 1 else CONTRACTION * before + 1e-6
+                if not step <= (allowed if before else LONGEST_MOVE):
                     return False
-            elif not step <= (CONTRACTION * first + 1e-6 if count == 1 else first):
-                return False
+                before = max(step, 1e-9)
             q[free] -= x
         return False
 
+    def solve(self, q: Array) -> bool:
+        """:meth:`newton`, and the determinants have the signs they should have."""
+        return self.newton(q) and bool(self.agree(self.diagonal[None], [self.pivots])[0])
+
+    def agree(self, diagonals: Array, pivots: list[Array]) -> Array:
+        """(N,) whether the determinants of N poses have the signs they should have."""
+        found = self.reader.read_many(diagonals, pivots) * self.signs
+        return found.min(axis=1) > self._least
+
+    def predict(self, q: Array, change: Array) -> float:
+        """Move q (nq,) in place along the tangent at the last pose solved or calibrated, for a
+        change of the held coordinates that q has already; returns how far (see :meth:`newton`), 0
+        when it was too far to be of use."""
+        if self._factors is None:
+            return 0.0
+        lu, pivots, k = self._factors
+        x, _ = lapack.dgetrs(lu, pivots, k.take(self.held, axis=1) @ change)
+        scaled = x if self._weights is None else x * self._weights
+        size = math.sqrt(scaled.dot(scaled))
+        if not size <= LONGEST_MOVE:
+            return 0.0
+        q[self._free] -= x
+        return size
+
     def calibrate(self, q: Array) -> None:
-        """Remember how small a determinant may get before the careful solver is asked."""
+        """Take the factors at a closed q for the next prediction, and remember how small a
+        determinant may get before the careful solver is asked."""
         self.system.evaluate(q)
-        lu, pivots, _ = lapack.dgetrf(self.system.jacobian().take(self.free, 1))
-        sizes = np.abs(self.reader.read(lu, pivots))
+        k = self.system.jacobian()
+        lu, pivots, _, info = lapack.dgesv(k[:, self._free], np.zeros(k.shape[0]))
+        self._factors = (lu, pivots, k) if info == 0 else None
+        sizes = np.abs(self.reader.read(lu.diagonal(), pivots))
         self._least = _NEAR_SINGULAR * float(sizes.min())

@@ -163,17 +163,22 @@ class ClosureSystem:
         for constraint in self._models:
             self._datas.append(constraint.createData())
         # Typed references stay valid because both vectors are complete now.
-        self._pairs = [
+        pairs = [
             (constraint.extract(), data.extract())
             for constraint, data in zip(self._models, self._datas, strict=True)
         ]
+        self._calcs = [(constraint.calc, data) for constraint, data in pairs]
+        pin.forwardKinematics(model, self.data, np.zeros(model.nq), *np.zeros((2, model.nv)))
+        for calc, data in self._calcs:
+            calc(model, self.data, data)
+        # Live views: they show what the last calc wrote, without a look-up each time.
+        self._errors = [data.constraint_position_error for _, data in pairs]
+        self._drifts = [data.constraint_acceleration_error for _, data in pairs]
         kept: list[int] = []
         for k, anchor in enumerate(a for loop in loops for a in ANCHORS[loop.type]):
             kept += [3 * k + row for row in anchor[2]]
-        self._all = np.zeros(3 * len(self._pairs))
-        self._slices = [self._all[3 * k : 3 * k + 3] for k in range(len(self._pairs))]
-        self._kept = None if len(kept) == len(self._all) else np.array(kept)
-        self.residual = self._all if self._kept is None else np.zeros(len(kept))
+        self._kept = None if len(kept) == 3 * len(pairs) else np.array(kept)
+        self.residual = np.zeros(len(kept))
         #: What solvers keep with this scratch memory, by name.
         self.kit: dict[str, Any] = {}
 
@@ -181,11 +186,10 @@ class ClosureSystem:
         """Residual (rows,) [m] at q (nq,); the Jacobian belongs to the last q evaluated."""
         model, data = self.model, self.data
         pin.computeJointJacobians(model, data, q)
-        for (constraint, scratch), part in zip(self._pairs, self._slices, strict=True):
-            constraint.calc(model, data, scratch)
-            part[:] = scratch.constraint_position_error
-        if self._kept is not None:
-            self._all.take(self._kept, out=self.residual)
+        for calc, scratch in self._calcs:
+            calc(model, data, scratch)
+        e = np.concatenate(self._errors)
+        self.residual = e if self._kept is None else e.take(self._kept)
         return self.residual
 
     def jacobian(self) -> Array:
@@ -197,10 +201,10 @@ class ClosureSystem:
         """Drift gamma = (dK/dt) v (rows,) [m/s²] at q, v: K a + gamma is the residual's second
         derivative."""
         pin.forwardKinematics(self.model, self.data, q, v, np.zeros(self.model.nv))
-        for (constraint, scratch), part in zip(self._pairs, self._slices, strict=True):
-            constraint.calc(self.model, self.data, scratch)
-            part[:] = scratch.constraint_acceleration_error
-        return self._all.copy() if self._kept is None else self._all.take(self._kept)
+        for calc, scratch in self._calcs:
+            calc(self.model, self.data, scratch)
+        gamma = np.concatenate(self._drifts)
+        return gamma if self._kept is None else gamma.take(self._kept)
 
 
 def point_anchors(
@@ -238,11 +242,11 @@ def row_wrenches(loop: Loop, placement: pin.SE3, length: float) -> Array:
     """
     columns = []
     for _, lever2, kept in ANCHORS[loop.type]:
-        arm = placement.rotation @ (length * np.array(lever2, dtype=float))
+        x, y, z = (length * (placement.rotation @ np.array(lever2, dtype=float))).tolist()
+        # Unit forces, and their moments: the columns of the skew matrix of the arm.
+        moments = ((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0))
         for row in kept:
-            force = np.zeros(3)
-            force[row] = 1.0
-            columns.append(np.concatenate([force, np.cross(arm, force)]))
+            columns.append((*(float(row == k) for k in range(3)), *moments[row]))
     return np.array(columns).T
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 import pinmech as pm
 from pinmech.reports.figures import COLOURS, Array, new_figure, save, tidy
-from pinmech.reports.gpr import bounds, deviations
-from pinmech.reports.gpr_model import HEIGHT, rods, smallest, span_change, staggered, tilt
+from pinmech.reports.gpr import deviations
+from pinmech.reports.gpr_model import HEIGHT, bounds, rods, smallest, span_change, staggered, tilt
 
 #: Largest d/R of the assumed pattern: where ‖dY‖ is 1.234 mm.
 SWING = 0.1517

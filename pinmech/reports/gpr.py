@@ -10,6 +10,7 @@ from pinmech.reports import gpr_kinematics, gpr_rank
 from pinmech.reports.gpr_model import (
     STEP,
     arms,
+    bounds,
     phi_by_p,
     phi_by_y,
     rates,
@@ -111,28 +112,6 @@ def _simulations(table: PaperTable, mechanism: pm.Mechanism) -> None:
 RESIDUE = 1e-9
 
 
-def bounds(state: pm.ClosedState, step: Array = STEP) -> dict[str, float]:
-    """Figure 6 at a state [mm]: the printed and the corrected lower bounds of ‖dY‖ and ‖dX‖, and
-    the (linear) values that they bound. Corrected: only the part of dP that is square to the null
-    vector of ∂Φ/∂P counts."""
-    tips, x = rod_tips(state), arms(state)
-    by_p, by_y = phi_by_p(tips), phi_by_y(tips)
-    by_x = by_y @ y_by_x(x, spans(tips))
-    _, sigma, vt = np.linalg.svd(by_p)
-    size = float(np.linalg.norm(step))
-    square = float(np.linalg.norm(step - vt[11] * (vt[11] @ step)))
-    change = span_change(state, step)
-    top_y, top_x = (float(np.linalg.svd(m, compute_uv=False)[0]) for m in (by_y, by_x))
-    return {
-        "y": float(np.linalg.norm(change)),
-        "x": float(np.linalg.norm(np.linalg.solve(y_by_x(x, spans(tips)), change))),
-        "printed y": sigma[10] / top_y * size,
-        "printed x": sigma[10] / top_x * size,
-        "corrected y": sigma[10] / top_y * square,
-        "corrected x": sigma[10] / top_x * square,
-    }
-
-
 def _bounds(table: PaperTable, mechanism: pm.Mechanism) -> None:
     broken, kept, count = 0, 0, 0
     for ratio in (0.01, 0.05, 0.1517):
@@ -196,6 +175,3 @@ def _deviation(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "fig7z", "Fig. 7", "vertical deviation dz in the same motions", "less than 2 µm",
         f"{lift:.2f} µm", holds=lift < 2.0,
         assumption=f"the radius {radius:.4g} mm: it follows from dx, not from dz")
-
-
-__all__ = ["bounds", "deviations", "gpr_table"]

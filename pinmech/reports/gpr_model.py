@@ -160,3 +160,25 @@ def span_change(state: pm.ClosedState, step: Array = STEP) -> Array:
     """The linear dY (3,) [mm] of a step dP (12,) [mm], from (4)."""
     tips = rod_tips(state)
     return -np.linalg.pinv(phi_by_y(tips)) @ phi_by_p(tips) @ step
+
+
+def bounds(state: pm.ClosedState, step: Array = STEP) -> dict[str, float]:
+    """Figure 6 at a state [mm]: the printed and the corrected lower bounds of ‖dY‖ and ‖dX‖, and
+    the (linear) values that they bound. Corrected: only the part of dP that is square to the null
+    vector of ∂Φ/∂P counts."""
+    tips, x = rod_tips(state), arms(state)
+    by_p, by_y = phi_by_p(tips), phi_by_y(tips)
+    by_x = by_y @ y_by_x(x, spans(tips))
+    _, sigma, vt = np.linalg.svd(by_p)
+    size = float(np.linalg.norm(step))
+    square = float(np.linalg.norm(step - vt[11] * (vt[11] @ step)))
+    change = span_change(state, step)
+    top_y, top_x = (float(np.linalg.svd(m, compute_uv=False)[0]) for m in (by_y, by_x))
+    return {
+        "y": float(np.linalg.norm(change)),
+        "x": float(np.linalg.norm(np.linalg.solve(y_by_x(x, spans(tips)), change))),
+        "printed y": sigma[10] / top_y * size,
+        "printed x": sigma[10] / top_x * size,
+        "corrected y": sigma[10] / top_y * square,
+        "corrected x": sigma[10] / top_x * square,
+    }

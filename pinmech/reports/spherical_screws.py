@@ -184,6 +184,7 @@ def _locked(table: PaperTable, mechanism: pm.Mechanism) -> None:
         other = state_at(mechanism, size * np.array(signs), free=[x + 0.1 for x in FREE])
         moves = max(moves, float(np.abs(
             pin.log3(state.platform.rotation.T @ other.platform.rotation)).max()))
+    door = pm.limb_screws(state_at(mechanism, -size * np.ones(3), free=np.full(3, -np.pi / 4)))
     table.statement(
         "eq18", "eq. (18), Fig. 7", "four poses with every w_i = ±u_i; signs of the caption",
         "θ = 2π/3, s = 2√3π/9 (±1, ±1, ±1)", f"|w_i ∓ u_i| at most {off:.0e}",
@@ -194,7 +195,8 @@ def _locked(table: PaperTable, mechanism: pm.Mechanism) -> None:
         f"(limb orders, freedoms of the platform): {sorted(orders)}; cranks 0.1 rad on: "
         f"{moves:.0e} rad", holds=orders == {(3, 3, 3, 0)} and moves < 1e-7,
         why=f"all four poses are closed with every crank inside its range: {inside}; so a guard on "
-        "the crank range alone does not keep clear of them")
+        "the crank range alone does not keep clear of them; the platform is free again on the "
+        f"surface cosφ1 cosφ2 cosφ3 = sinφ1 sinφ2 sinφ3 (φ = -135 deg each: {door.platform.order} freedom)")
 
 
 def _degenerate(table: PaperTable, mechanism: pm.Mechanism) -> None:

@@ -41,10 +41,10 @@ class Tree:
     def close(self, name: str, kind: str, one: str, two: str, at: Vector, axis: Vector = Z) -> None:
         """Close a loop at a point, along an axis."""
         rpy = [float(x) for x in rpy_of(turn_to(axis))]
-        frames = [
-            f"{{link: {link}, xyz: {[float(x) for x in np.asarray(at) - self.at[link]]}, rpy: {rpy}}}"
-            for link in (one, two)
-        ]
+        frames = []
+        for link in (one, two):
+            xyz = [float(x) for x in np.asarray(at) - self.at[link]]
+            frames.append(f"{{link: {link}, xyz: {xyz}, rpy: {rpy}}}")
         self.loops.append(f"{{name: {name}, type: {kind}, frames: [{', '.join(frames)}]}}")
 
     def mechanism(self, platform: str, actuators: Sequence[str], outputs: str) -> pm.Mechanism:
@@ -145,7 +145,7 @@ def chain_of_bars(*points: Vector) -> pm.Mechanism:
     for k, point in enumerate(points[:-1]):
         link = tree.joint(f"j{k}", "revolute", link, f"bar{k}", point, Z)
     tree.close("last", "revolute", link, "base", points[-1], Z)
-    return tree.mechanism("bar0", ["j0"], "{kind: joints, names: [j0]}")
+    return tree.mechanism("bar1", ["j0"], "{kind: joints, names: [j0]}")
 
 
 def side_by_side(one: pm.Mechanism, two_urdf: str, two: pm.Mechanism) -> pm.Mechanism:
@@ -163,9 +163,8 @@ def side_by_side(one: pm.Mechanism, two_urdf: str, two: pm.Mechanism) -> pm.Mech
             for frame in loop.frames:
                 link = frame.link if frame.link == "base" else prefix + frame.link
                 frames.append(f"{{link: {link}, xyz: {frame.xyz}, rpy: {frame.rpy}}}")
-            out.append(
-                f"  - {{name: {prefix}{loop.name}, type: {loop.type}, frames: [{', '.join(frames)}]}}"
-            )
+            name, both = prefix + loop.name, ", ".join(frames)
+            out.append(f"  - {{name: {name}, type: {loop.type}, frames: [{both}]}}")
         return out
 
     lines = ["schema: 1", "name: both", "urdf: both.urdf", f"platform: {one.platform}", "loops:"]

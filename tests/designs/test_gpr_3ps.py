@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve
 
 from pinmech.designs import DESIGNS, GPR3PS
 from pinmech.errors import InputError
@@ -31,11 +30,14 @@ def pose(z: float, alpha: float, beta: float) -> tuple[dict[str, float], np.ndar
     points = BASE + np.outer(q, [0, 0, 1])
     sides = [float(np.linalg.norm(points[a] - points[b])) for a, b in ((0, 1), (1, 2), (2, 0))]
 
-    def cosine_law(l: np.ndarray) -> list[float]:  # eq. (8): the sliders meet at 120 deg
-        return [l[a] ** 2 + l[b] ** 2 + l[a] * l[b] - side**2
-                for (a, b), side in zip(((0, 1), (1, 2), (2, 0)), sides, strict=True)]
-
-    lengths = fsolve(cosine_law, [R, R, R], xtol=1e-15)
+    lengths = np.full(3, R)
+    for _ in range(8):  # eq. (8), the sliders meet at 120 deg: Newton's method
+        rows, gradient = np.empty(3), np.zeros((3, 3))
+        for row, (a, b) in enumerate(((0, 1), (1, 2), (2, 0))):
+            la, lb = lengths[a], lengths[b]
+            rows[row] = la**2 + lb**2 + la * lb - sides[row] ** 2
+            gradient[row, a], gradient[row, b] = 2 * la + lb, 2 * lb + la
+        lengths = lengths - np.linalg.solve(gradient, rows)
     # eq. (11): from P1 along P1P2 and across it
     along = (points[1] - points[0]) / sides[0]
     cos = (lengths[0] ** 2 - lengths[1] ** 2 + sides[0] ** 2) / (2 * lengths[0] * sides[0])

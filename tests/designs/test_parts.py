@@ -129,8 +129,9 @@ def test_bar_lies_between_its_points(a: tuple[float, ...], b: tuple[float, ...])
 
 
 def test_a_bar_shorter_than_its_insets_does_not_collide() -> None:
-    assert parts.bar((0, 0, 0), (0.1, 0, 0), 0.02, 0.01, parts.Y, "rod", inset=0.05).collision is None
-    assert parts.cylinder((0, 0, 0), (0.1, 0, 0), 0.02, "rod", inset=0.05).collision is None
+    a, b = (0.0, 0.0, 0.0), (0.1, 0.0, 0.0)
+    assert parts.bar(a, b, 0.02, 0.01, parts.Y, "rod", inset=0.05).collision is None
+    assert parts.cylinder(a, b, 0.02, "rod", inset=0.05).collision is None
 
 
 def test_dish_is_a_paraboloid_with_its_feed_at_the_focus() -> None:

@@ -61,5 +61,5 @@ def twist(poses: list[pin.SE3], step: float) -> Array:
 
 
 def close_to(actual: Array, expected: Array, relative: float) -> None:
-    """All entries agree relative to the largest of them."""
-    np.testing.assert_allclose(actual, expected, atol=relative * max(1e-9, np.abs(expected).max()))
+    """All entries agree relative to the largest of them, or to 1e-3 if all are smaller."""
+    np.testing.assert_allclose(actual, expected, atol=relative * max(1e-3, np.abs(expected).max()))

@@ -2,9 +2,9 @@
 
 Each leg is universal (or spherical) at the base, slides, and ends in a spherical closure at the
 platform. The platform hangs in the tree on a chain of virtual joints: six for a Stewart-Gough
-platform, three sliders for a translator, three hinges for a wrist. The lengths of the legs are the
-actuator values, in millimetres (a scale and an offset), except where ``plain`` asks for the bare
-joint values. The inverse kinematics are |p + R b - a|.
+platform, three sliders for a translator, three hinges for a wrist. An actuator's value is the
+length of its leg times -3 plus 0.1 m (a scale and an offset), except where ``plain`` asks for the
+bare joint values. The inverse kinematics are |p + R b - a|.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import pinmech as pm
 Array = np.ndarray
 
 HOME = np.array([0.02, -0.01, 0.35])  # platform origin at home [m]
+SCALE, OFFSET = -3.0, 0.1
 _CHAINS = {
     "pose": [("p", "prismatic", k) for k in range(3)] + [("r", "continuous", k) for k in range(3)],
     "translation": [("p", "prismatic", k) for k in range(3)],
@@ -60,9 +61,9 @@ class Legs:
         return np.linalg.norm(position + self.platform @ rotation.T - self.base, axis=1)
 
     def values(self, rotation: Array, position: Array) -> Array:
-        """(n,) actuator values [mm, or m from home when plain] at a pose."""
+        """(n,) actuator values [m] at a pose."""
         lengths = self.lengths(rotation, position)
-        return lengths - self.home_lengths if self.plain else 1e3 * lengths
+        return lengths - self.home_lengths if self.plain else SCALE * lengths + OFFSET
 
     def load(self) -> pm.Mechanism:
         """The mechanism, assembled."""
@@ -88,7 +89,11 @@ class Legs:
             )
         lines.append("actuators:")
         for k, length in enumerate(self.home_lengths):
-            scale = "" if self.plain else f", scale: 1000.0, offset: {float(1e3 * length)!r}"
+            scale = (
+                ""
+                if self.plain
+                else f", scale: {SCALE}, offset: {float(SCALE * length + OFFSET)!r}"
+            )
             lines.append(f"  - {{name: leg{k}, joint: leg{k}_slide{scale}}}")
         lines.append(f"outputs: {{kind: {self.kind}, names: [{', '.join(outputs)}]}}")
         shown = ", ".join(f"{name}: [{', '.join(members)}]" for name, members in drives.items())

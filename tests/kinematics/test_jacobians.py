@@ -17,14 +17,23 @@ from .differences import along, close_to, displaced, first, moved, second, twist
 from .platforms import HOME, Legs
 from .sampling import ARMS, DIMENSIONS, angles, cranks, reachable, transmission
 
-STEP = 2e-3
+STEP = 4e-4
 
 
 def antenna_poses(name: str, count: int, seed: int) -> list[np.ndarray]:
-    """Home-like and random poses, not next to a boundary."""
+    """Random poses at which differences converge: away from every singularity."""
     dim, columns = DIMENSIONS[name], 3 if name.endswith("_s") else 2
-    poses = reachable(dim, 40 * count, seed, columns)
-    return list(poses[transmission(dim, poses).min(axis=1) > 0.3][:count])
+    poses = reachable(dim, 200 * count, seed, columns)
+    poses = poses[transmission(dim, poses).min(axis=1) > 0.5]
+    theta = cranks(dim, poses)
+    if columns == 3:
+        rows = oracle.spherical_jacobians(dim, *poses.T, theta)[0]
+        weakest = [np.linalg.svd(rows, compute_uv=False)[:, -1]]
+    else:
+        jac = oracle.jacobians(dim, *poses.T, theta)
+        rows = np.stack([jac.alpha, jac.beta], axis=-1)
+        weakest = [np.linalg.svd(rows[:, list(p)], compute_uv=False)[:, -1] for p in oracle.PAIRS]
+    return list(poses[np.min(weakest, axis=0) > 0.15 * dim.l2 * dim.r][:count])
 
 
 def _antenna(name: str, *, scaled: bool = False) -> pm.Mechanism:
@@ -193,10 +202,10 @@ def test_velocity_and_acceleration(case: tuple[pm.Mechanism, list[pm.ClosedState
     if not any("_spin" in name for name in mech.joints):
         idle = []
     rest = np.setdiff1d(np.arange(mech.model.nv), idle)
-    step = 8e-3
+    step = 2e-3
     for state in states:
         size = units(state)
-        rates = size @ rng.normal(size=len(size))
+        rates = 0.5 * size @ rng.normal(size=len(size))
         accelerations = size @ rng.normal(size=len(size))
         v, a = pm.velocity(state, rates), pm.acceleration(state, rates, accelerations)
         closure = pm.closure_jacobian(state)
@@ -211,7 +220,7 @@ def test_velocity_and_acceleration(case: tuple[pm.Mechanism, list[pm.ClosedState
         actuators = [np.array(list(s.actuators.values())) for s in five]
         close_to(mech.actuator_rates(v), first(actuators, step), 1e-6)
         np.testing.assert_allclose(
-            mech.actuator_rates(v), pm.inverse_jacobian(state) @ rates, atol=1e-12 * 1e3
+            mech.actuator_rates(v), pm.inverse_jacobian(state) @ rates, atol=1e-10
         )
 
 
@@ -268,7 +277,7 @@ def test_the_spherical_strut_against_the_closed_form(antenna_s: pm.Mechanism) ->
 
 def test_type_1_is_refused(antenna: pm.Mechanism) -> None:
     """On the edge of arm 1's reach its rate is not determined."""
-    low, high = 0.0, 0.8
+    low, high = 0.0, -0.8
     for _ in range(80):
         middle = 0.5 * (low + high)
         inside = (oracle.reach_margin(oracle.TABLE1, 0.0, middle) >= 0).all()

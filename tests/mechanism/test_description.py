@@ -682,6 +682,7 @@ def test_no_errors_on_stderr(tmp_path: Path) -> None:
     )
     run = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path / "pairs.json"), DESCRIPTION],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         capture_output=True,
         text=True,
         check=False,
