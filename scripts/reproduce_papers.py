@@ -51,17 +51,23 @@ def regressions(found: Reproduction, before: dict[str, str]) -> list[str]:
 def main(arguments: list[str] | None = None) -> int:
     """Write or check; exit code 0, 1 for a worse verdict, 2 for what cannot be done."""
     parser = argparse.ArgumentParser(description="The papers' numbers, from the URDF models.")
-    parser.add_argument("--out", type=Path, default=Path("out/reproduction"),
-                        help="folder for files: out/reproduction")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/reproduction"),
+        help="folder for files: out/reproduction",
+    )
     parser.add_argument("--no-figures", action="store_true", help="tables only")
-    parser.add_argument("--check", action="store_true",
-                        help="compare the verdicts with the committed ones, write nothing")
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="compare the verdicts with the committed ones, write nothing",
+    )
     parser.add_argument("--commit", action="store_true", help=f"write to {COMMITTED}")
     options = parser.parse_args(arguments)
     folder = COMMITTED if options.commit else options.out
     try:
-        found = reproduce(None if options.check else folder, report,
-                          figures=not options.no_figures)
+        found = reproduce(None if options.check else folder, report, figures=not options.no_figures)
         print(summary(found))
         if not options.check:
             print(f"wrote {len(found.files)} files, see {found.files[0]}")

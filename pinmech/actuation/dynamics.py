@@ -87,24 +87,8 @@ def inverse_dynamics(
     names, coordinates = mechanism.drive(drive), mechanism.drive_coordinates(drive)
     scales = np.array([mechanism.actuators[name].scale for name in names])
     weights = check_sharing(sharing, drive_limits(mechanism, names))
-    loads = loads if loads is not None else Loads()
-    model = loaded_model(mechanism, loads)
-    with mechanism.scratch() as system:
-        system.evaluate(state.q)
-        found = motions_at(mechanism, system)
-        motion = output_motion_at(mechanism, system, found).per_output
-        wrench = _external(mechanism, system, loads)
-        jacobian = np.array(system.jacobian())
-        v = motion @ rates
-        a = acceleration_at(mechanism, system, state.q, v, motion, accelerations)
-        placements = {
-            name: relative_placement(loop, system.data) for name, loop in mechanism.loops.items()
-        }
-    data = model.createData()
-    if found.idle.shape[1]:
-        a = a + _idle_acceleration(mechanism, model, data, found, state.q, v, a, wrench)
-    required = np.array(pin.rnea(model, data, state.q, v, a))
-    required += friction_forces(mechanism, v) - wrench
+    tree = open_tree(state, rates, accelerations, loads if loads is not None else Loads())
+    motion, required = tree.motion, tree.required
     force = motion.T @ required
     shared = share(motion[coordinates].T * scales, force, weights)
     # Rounding is relative to what cancels in the sum, not to the sum.
@@ -113,18 +97,75 @@ def inverse_dynamics(
         raise SingularError(
             "type2", unbalanced_message(mechanism, names, shared.unbalanced), shared.distance
         )
-    effort = np.zeros(model.nv)
+    effort = np.zeros(mechanism.model.nv)
     effort[coordinates] = scales * shared.torques
-    reactions, unique = _reactions(mechanism, jacobian, placements, required - effort)
+    reactions, unique = _reactions(mechanism, tree.closure, tree.placements, required - effort)
     return InverseDynamics(
         torques={name: float(u) for name, u in zip(names, shared.torques, strict=True)},
         preload_basis=shared.preload,
         reactions=reactions,
         reactions_unique=unique,
-        velocity=v,
-        acceleration=a,
+        velocity=tree.velocity,
+        acceleration=tree.acceleration,
         generalised_force=force,
     )
+
+
+@dataclass(frozen=True)
+class OpenTree:
+    """What a motion asks of the open tree, before actuators and closures share it.
+
+    Attributes:
+        motion: (nv, n_out) joint velocity per output rate.
+        velocity, acceleration: (nv,) of the joints [rad/s, m/s; rad/s², m/s²].
+        required: (nv,) joint forces [N·m or N]: inertia, gravity, friction, less the wrench.
+        closure: (rows, nv) closure Jacobian.
+        placements: loop -> second frame in the first.
+    """
+
+    motion: Array
+    velocity: Array
+    acceleration: Array
+    required: Array
+    closure: Array
+    placements: Mapping[str, pin.SE3]
+
+
+def open_tree(state: ClosedState, rates: Array, accelerations: Array, loads: Loads) -> OpenTree:
+    """Joint motion and joint forces for (n_out,) output rates and accelerations.
+
+    Raises:
+        SingularError: ``type1``.
+    """
+    mechanism = state.mechanism
+    with mechanism.scratch() as system:
+        model, data = _loaded(mechanism, system, loads)
+        system.evaluate(state.q)
+        found = motions_at(mechanism, system)
+        motion = output_motion_at(mechanism, system, found).per_output
+        wrench = _external(mechanism, system, loads)
+        closure = np.array(system.jacobian())
+        v = motion @ rates
+        a = acceleration_at(mechanism, system, state.q, v, motion, accelerations)
+        placements = {
+            name: relative_placement(loop, system.data) for name, loop in mechanism.loops.items()
+        }
+        if found.idle.shape[1]:
+            a = a + _idle_acceleration(mechanism, model, data, found, state.q, v, a, wrench)
+        required = np.array(pin.rnea(model, data, state.q, v, a))
+    required += friction_forces(mechanism, v) - wrench
+    return OpenTree(motion, v, a, required, closure, placements)
+
+
+def _loaded(
+    mechanism: Mechanism, system: ClosureSystem, loads: Loads
+) -> tuple[pin.Model, pin.Data]:
+    """The loaded model and data for it; those of the last loads are kept with the scratch."""
+    kept = system.kit.get("loaded")
+    if kept is None or kept[0] != loads:
+        model = loaded_model(mechanism, loads)
+        kept = system.kit["loaded"] = (loads, model, model.createData())
+    return kept[1], kept[2]
 
 
 def drive_limits(mechanism: Mechanism, names: tuple[str, ...]) -> Array:

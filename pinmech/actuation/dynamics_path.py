@@ -9,11 +9,11 @@ import numpy as np
 import pinocchio as pin
 from scipy.linalg import lapack
 
-from pinmech.actuation.dynamics import drive_limits, inverse_dynamics, unbalanced_message
-from pinmech.actuation.loads import Loads, loaded_model, sliding_directions
+from pinmech.actuation.dynamics import drive_limits, open_tree, unbalanced_message
+from pinmech.actuation.loads import Loads, friction_forces, loaded_model
 from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
 from pinmech.errors import InputError, SingularError
-from pinmech.kinematics.rates import check_rates, inverse_jacobian
+from pinmech.kinematics.rates import check_rates
 from pinmech.kinematics.scaling import frame_twist
 from pinmech.kinematics.solution import Path
 from pinmech.mechanism.closures import ClosureSystem
@@ -122,38 +122,42 @@ def demand_path(
     rate = check_rates(mechanism, rates, count, "rates")
     acceleration = check_rates(mechanism, accelerations, count, "accelerations")
     loads = loads if loads is not None else Loads()
-    outputs = len(mechanism.outputs)
-    jacobian = np.full((count, len(mechanism.actuators), outputs), np.nan)
-    force, magnitude = np.full((count, outputs), np.nan), np.full(count, np.nan)
+    nv, outputs = mechanism.model.nv, len(mechanism.outputs)
+    motion = np.full((count, nv, outputs), np.nan)
+    velocity, required = np.full((count, nv), np.nan), np.full((count, nv), np.nan)
     status, messages = path.status.copy(), dict(path.messages)
+    finite = np.isfinite(rate).all(axis=1) & np.isfinite(acceleration).all(axis=1)
     with mechanism.scratch() as system:
-        held = len(mechanism.outputs)
-        square = system.rows == mechanism.model.nv - held
-        lean = mechanism.outputs.kind == "joints" and square
-        worker = _Lean(mechanism, system, loads) if lean else None
+        square = system.rows == nv - outputs and mechanism.outputs.kind == "joints"
+        lean = _Lean(mechanism, system, loads) if square else None
         for k in range(count):
             if progress is not None and k % 256 == 0:
                 progress(k, count)
             if not path.success[k]:
                 continue
-            if not (np.isfinite(rate[k]).all() and np.isfinite(acceleration[k]).all()):
+            if not finite[k]:
                 status[k], messages[k] = "bad_input", "rates or accelerations are not finite"
                 continue
-            if worker is not None and worker.solve(path.q[k], rate[k], acceleration[k]):
-                jacobian[k], force[k], magnitude[k] = worker.jacobian, worker.force, worker.size
+            if lean is not None and lean.solve(path.q[k], rate[k], acceleration[k]):
+                motion[k], velocity[k], required[k] = lean.motion, lean.velocity, lean.required
                 continue
             try:
-                state = path.state(k)
-                jacobian[k] = inverse_jacobian(state)
-                free = Loads() if loads is None else loads
-                answer = inverse_dynamics(state, rate[k], acceleration[k], drive=None, loads=free)
-                force[k] = answer.generalised_force
-                magnitude[k] = max(1e-300, float(np.abs(force[k]).max()))
+                tree = open_tree(path.state(k), rate[k], acceleration[k], loads)
+                motion[k], velocity[k] = tree.motion, tree.velocity
+                required[k] = tree.required - friction_forces(mechanism, tree.velocity)
             except SingularError as trouble:
                 status[k], messages[k] = "singular", str(trouble)
     if progress is not None:
         progress(count, count)
-    return Demand(jacobian, force, magnitude, status, messages)
+    required += friction_forces(mechanism, velocity)
+    scales = mechanism.scales[:, None]
+    return Demand(
+        motion[:, mechanism.actuator_coordinates] * scales,
+        np.einsum("nij,ni->nj", motion, required),
+        np.einsum("nij,ni->nj", np.abs(motion), np.abs(required)).max(axis=1),
+        status,
+        messages,
+    )
 
 
 def share_path(
@@ -235,52 +239,47 @@ def type2_crossings(jacobian: Array) -> tuple[int, ...]:
 
 
 class _Lean:
-    """One pose for mechanisms whose equations are square with the outputs held: LAPACK only."""
+    """One pose for mechanisms whose equations are square with the outputs held: LAPACK only.
+
+    Attributes:
+        motion: (nv, n_out) joint velocity per output rate, of the last solve.
+        velocity: (nv,) joint velocity [rad/s, m/s].
+        required: (nv,) joint forces without friction [N·m or N].
+    """
 
     def __init__(self, mechanism: Mechanism, system: ClosureSystem, loads: Loads) -> None:
         self.system = system
-        self.model = loaded_model(mechanism, loads)
-        self.data = self.model.createData()
-        self.held = np.array(mechanism.outputs.coordinates)
-        self.free = np.setdiff1d(np.arange(mechanism.model.nv), self.held)
-        self.actuators, self.scales = mechanism.actuator_coordinates, mechanism.scales[:, None]
-        self.motion = np.zeros((mechanism.model.nv, len(self.held)))
-        self.motion[self.held] = np.eye(len(self.held))
-        self.dry = np.array(mechanism.model.upperDryFrictionLimit)
-        self.damping = np.array(mechanism.model.damping)
-        self.rubs = bool(self.dry.any() or self.damping.any())
-        self.wrench = np.array(loads.wrench) if any(loads.wrench) else None
-        self.mechanism = mechanism
-        self.jacobian = self.force = np.zeros(0)
-        self.size = 0.0
+        self._model = loaded_model(mechanism, loads)
+        self._data = self._model.createData()
+        self._held = np.array(mechanism.outputs.coordinates)
+        self._free = np.setdiff1d(np.arange(mechanism.model.nv), self._held)
+        self._wrench = np.array(loads.wrench) if any(loads.wrench) else None
+        self._mechanism = mechanism
+        self.motion = np.zeros((mechanism.model.nv, len(self._held)))
+        self.motion[self._held] = np.eye(len(self._held))
+        self.velocity = self.required = np.zeros(mechanism.model.nv)
 
     def solve(self, q: Array, rate: Array, acceleration: Array) -> bool:
-        """Fill jacobian, force and size; False at a type 1 singularity."""
-        system, motion = self.system, self.motion
+        """Fill the attributes; False at a type 1 singularity."""
+        system, motion, free = self.system, self.motion, self._free
         system.evaluate(q)
         k = system.jacobian()
-        held = k.take(self.held, axis=1)
         # Not dgetrf and dgetrs: OpenBLAS starts threads in dgetrs for more than one right side,
         # which costs a thousand times the solve on a busy machine.
-        lu, pivots, x, info = lapack.dgesv(k.take(self.free, axis=1), held)
+        lu, pivots, x, info = lapack.dgesv(k.take(free, axis=1), k.take(self._held, axis=1))
         diagonal = np.abs(lu.diagonal())
         if info != 0 or diagonal.min() <= 1e-7 * diagonal.max():
             return False
-        motion[self.free] = -x
-        v = motion @ rate
-        twist = None
-        if self.wrench is not None:
-            twist = frame_twist(self.mechanism, system, self.mechanism.platform_frame)
+        motion[free] = -x
+        v = motion.dot(rate)
+        resisted = None
+        if self._wrench is not None:
+            frame = self._mechanism.platform_frame
+            resisted = frame_twist(self._mechanism, system, frame).T @ self._wrench
         gamma = system.drift(q, v)
-        a = motion @ acceleration
-        a[self.free] -= lapack.dgetrs(lu, pivots, gamma)[0]
-        required = pin.rnea(self.model, self.data, q, v, a)
-        if self.rubs:
-            required = required + self.dry * sliding_directions(v)
-            required += self.damping * v
-        if twist is not None:
-            required = required - twist.T @ self.wrench
-        self.force = motion.T @ required
-        self.size = float((np.abs(motion).T @ np.abs(required)).max())
-        self.jacobian = motion[self.actuators] * self.scales
+        a = motion.dot(acceleration)
+        a[free] -= lapack.dgetrs(lu, pivots, gamma)[0]
+        required = pin.rnea(self._model, self._data, q, v, a)
+        self.velocity = v
+        self.required = required if resisted is None else required - resisted
         return True

@@ -99,16 +99,15 @@ def loaded_model(mechanism: Mechanism, loads: Loads) -> pin.Model:
 
 
 def sliding_directions(v: Array) -> Array:
-    """(nv,) between -1 and 1: direction in which Coulomb friction acts against v (nv,)."""
-    fastest = max(v.max(), -v.min())
-    if not fastest > REST:
-        return np.zeros_like(v)
-    return np.clip(v / (TURN_OVER * fastest), -1.0, 1.0)
+    """(..., nv) between -1 and 1: direction in which Coulomb friction acts against v (..., nv)."""
+    fastest = np.abs(v).max(axis=-1, keepdims=True)
+    moving = fastest > REST
+    return np.where(moving, np.clip(v / np.where(moving, TURN_OVER * fastest, 1.0), -1.0, 1.0), 0.0)
 
 
 def friction_forces(mechanism: Mechanism, v: Array) -> Array:
-    """(nv,) joint forces [N·m or N] that friction and damping take at v (nv,), positive against
-    positive motion: Coulomb · direction + viscous · v. At rest friction is taken as 0, since
-    nothing determines it there."""
+    """(..., nv) joint forces [N·m or N] that friction and damping take at v (..., nv), against
+    the motion: Coulomb · direction + viscous · v. At rest friction is taken as 0, since nothing
+    determines it there."""
     model = mechanism.model
     return model.upperDryFrictionLimit * sliding_directions(v) + model.damping * v

@@ -27,7 +27,8 @@ def vector(values: Values, names: Sequence[str], what: str) -> Array:
                 raise UnknownNameError(what, str(key), names)
         missing = [name for name in names if name not in values]
         if missing:
-            raise InputError(f"missing {what}: {', '.join(missing)} (needs all of {', '.join(names)})")
+            needed = ", ".join(names)
+            raise InputError(f"missing {what}: {', '.join(missing)} (needs all of {needed})")
         values = [values[name] for name in names]
     out = numbers(values, what)
     if out.shape != (len(names),):

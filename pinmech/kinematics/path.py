@@ -13,8 +13,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pinmech.kinematics.arguments import guess_state, matrix, numbers
-from pinmech.kinematics.branch import Block, fully_labelled, labelled, wanted_signs
-from pinmech.kinematics.position import CONSISTENT, ForwardSolver, InverseSolver, output_rows
+from pinmech.kinematics.branch import fully_labelled, labelled, wanted_signs
+from pinmech.kinematics.position import (
+    CONSISTENT,
+    ForwardSolver,
+    InverseSolver,
+    output_rows,
+    whole,
+)
 from pinmech.kinematics.solution import Path, Solution
 from pinmech.kinematics.state import ClosedState
 from pinmech.kinematics.tracking import LONGEST_MOVE
@@ -72,7 +78,7 @@ def inverse_path(
             # Without limits a passive joint may flip, which the signs cannot see.
             warm = Warm(mechanism, system, labelled(mechanism), held, signs, labelled=limits)
         elif solver.square:
-            warm = _whole(mechanism, system, solver.free, solver.held, start.q)
+            warm = _whole(mechanism, system, solver.held, start.q)
         runner = _Runner(mechanism, targets, limits=limits, progress=progress)
         return runner.run(warm, solver.solve, targets, start.q, targets)
 
@@ -117,9 +123,8 @@ def forward_path(
         subset = solver.best_subset(start.q)
         chosen = list(subset) if subset is not None else list(range(len(names)))
         held = solver.coordinates[chosen]
-        free = np.array([k for k in range(mechanism.model.nv) if k not in held])
-        if subset is not None and system.rows == len(free):
-            warm = _whole(mechanism, system, free, held, start.q)
+        if subset is not None and system.rows + len(held) == mechanism.model.nv:
+            warm = _whole(mechanism, system, held, start.q)
         wanted = solver.joint_values(targets)
         surplus = None
         if len(chosen) < len(names):
@@ -131,13 +136,14 @@ def forward_path(
         return runner.run(warm, solver.solve, targets, start.q, wanted[:, chosen])
 
 
-def _whole(mechanism: Mechanism, system: ClosureSystem, free: Array, held: Array, q: Array) -> Warm:
-    """The lean solver for a square system as one block: its determinant keeps the sign it has at
-    q, and Newton's contraction keeps it on its branch."""
-    block = Block("all", np.arange(system.rows), free)
-    system.evaluate(q)
-    sign = np.sign(np.linalg.det(system.jacobian().take(free, axis=1) / mechanism.length))
-    return Warm(mechanism, system, (block,), held, np.array([sign]))
+def _whole(mechanism: Mechanism, system: ClosureSystem, held: Array, q: Array) -> Warm | None:
+    """The lean solver on the branch of q, None where q is singular."""
+    warm = whole(mechanism, system, held)
+    found = warm.calibrate(q)
+    if found is None:
+        return None
+    warm.signs = np.sign(found)
+    return warm
 
 
 class _Runner:
@@ -237,7 +243,8 @@ class _Runner:
                 _EXTRAPOLATE[order].dot(q[k - order - 1 : k], row)
                 row[warm.held] = held[k]
                 if not warm.labelled:
-                    moved = float(np.linalg.norm(row - last))
+                    change = row - last
+                    moved = math.sqrt(change.dot(change))
             else:
                 row[:] = last
                 row[warm.held] = held[k]

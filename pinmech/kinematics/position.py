@@ -111,6 +111,8 @@ class InverseSolver:
             q[self.held] = target
             quick = _quick(mechanism, system)
             quick.signs = self.signs
+            if start is mechanism.home.q:
+                quick.predict_from_home(q, target - start[self.held])
             # Within the limits passive joints cannot be flipped, which determinants cannot see.
             if quick.solve(q) and not limit_breaches(mechanism, q):
                 return self._finish(q, quick.iterations, quick=True)
@@ -318,13 +320,21 @@ def nearest_approach(
     return nearest(problem, system, closest) * mechanism.length
 
 
+def whole(mechanism: Mechanism, system: ClosureSystem, held: Array) -> Warm:
+    """The lean solver for a square system as one block: its determinant keeps the sign it is
+    given, and Newton's contraction keeps it on its branch."""
+    free = np.setdiff1d(np.arange(mechanism.model.nv), held)
+    block = Block("all", np.arange(system.rows), free)
+    return Warm(mechanism, system, (block,), held, np.ones(1))
+
+
 def _quick(mechanism: Mechanism, system: ClosureSystem) -> Warm:
     """The lean solver for a start near the answer; kept with the scratch memory."""
     quick = system.kit.get("inverse")
     if quick is None:
         parts, held = labelled(mechanism), np.array(mechanism.outputs.coordinates)
         quick = Warm(mechanism, system, parts, held, home_signs(mechanism), labelled=True)
-        quick.calibrate(mechanism.home.q)
+        quick.remember_home(mechanism.home.q)
         system.kit["inverse"] = quick
     return quick
 
@@ -444,6 +454,10 @@ class ForwardSolver:
         """Solve for (n,) actuator values, starting from a closed q (nq,)."""
         self._count = 0
         wanted = self.joint_values(values)
+        if len(self.names) == self.mobility:
+            ahead = self._one_step(self.coordinates, wanted, start)
+            if ahead is not None:
+                return self._accept(ahead)
         if self.best_subset(start) is None:
             return self._fail("singular", self._singular_start(), 0)
         trouble: Solution | None = None
@@ -515,9 +529,12 @@ class ForwardSolver:
         self, subset: tuple[int, ...], wanted: Array, start: Array
     ) -> tuple[Solution | None, Array]:
         """Follow the straight line of a subset; (None, q) when it arrives."""
-        held = self.coordinates[list(subset)]
-        free = np.array([k for k in range(self.mechanism.model.nv) if k not in held])
-        line = JointLine(self.mechanism, free, held, start, wanted[list(subset)])
+        held, values = self.coordinates[list(subset)], wanted[list(subset)]
+        ahead = self._one_step(held, values, start)
+        if ahead is not None:
+            return None, ahead
+        free = np.setdiff1d(np.arange(self.mechanism.model.nv), held)
+        line = JointLine(self.mechanism, free, held, start, values)
         tracked = follow(line, self.system, start)
         self._count += tracked.iterations
         if tracked.arrived:
@@ -535,6 +552,20 @@ class ForwardSolver:
             return self._fail("unreachable", message, self._count), tracked.q
         message = f"the continuation stops {where}"
         return self._fail("not_converged", message, self._count), tracked.q
+
+    def _one_step(self, held: Array, values: Array, start: Array) -> Array | None:
+        """The answer where one step of the continuation is enough, by the lean solver."""
+        system = self.system
+        if system.rows + len(held) != self.mechanism.model.nv:
+            return None
+        key = f"forward {held.tolist()}"
+        warm = system.kit.get(key)
+        if warm is None:
+            warm = system.kit[key] = whole(self.mechanism, system, held)
+        ahead: Array | None = warm.step_from(start, values)
+        if ahead is not None:
+            self._count += warm.iterations
+        return ahead
 
     def best_subset(self, q: Array) -> tuple[int, ...] | None:
         """Indices of as many of the actuators as the mobility asks for, best conditioned at q;

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from pinmech.kinematics.branch import Block, SignReader
+from pinmech.kinematics.scaling import RANK
 from pinmech.kinematics.solver import CLAMP
 from pinmech.kinematics.state import CLOSED
 from pinmech.kinematics.tracking import CONTRACTION, LONGEST_MOVE
@@ -66,6 +67,7 @@ class Warm:
         self.diagonal = self.pivots = np.zeros(0)
         self._least = 0.0
         self._factors: tuple[Array, Array, Array] | None = None
+        self._home = self._factors
 
     def newton(self, q: Array, moved: float = 0.0) -> bool:
         """Newton in place from q with its held coordinates set; False when it is not to be trusted.
@@ -78,18 +80,20 @@ class Warm:
         system, free = self.system, self._free
         bound = (CLOSED * self.length) ** 2
         before = moved
+        factors: tuple[Array, Array, Array] | None = None
         for count in range(_STEPS + 1):
             e = system.evaluate(q)
             square = e.dot(e)
-            if square <= bound and count:
+            if square <= bound and factors is not None:
                 self.iterations, self.residual = count, math.sqrt(square) / self.length
-                self.diagonal, self.pivots = lu.diagonal(), pivots
-                self._factors = lu, pivots, k
+                self.diagonal, self.pivots = factors[0].diagonal(), factors[1]
+                self._factors = factors
                 return True
             k = system.jacobian()
             lu, pivots, x, info = lapack.dgesv(k[:, free], e)
             if info != 0:
                 return False
+            factors = lu, pivots, k
             scaled = x if self._weights is None else x * self._weights
             step = math.sqrt(scaled.dot(scaled))
             if self.labelled:
@@ -128,12 +132,43 @@ class Warm:
         q[self._free] -= x
         return size
 
-    def calibrate(self, q: Array) -> None:
+    def calibrate(self, q: Array) -> Array | None:
         """Take the factors at a closed q for the next prediction, and remember how small a
-        determinant may get before the careful solver is asked."""
+        determinant may get before the careful solver is asked.
+
+        Returns:
+            (n_blocks,) determinants at q, None when it is singular.
+        """
         self.system.evaluate(q)
         k = self.system.jacobian()
         lu, pivots, _, info = lapack.dgesv(k[:, self._free], np.zeros(k.shape[0]))
         self._factors = (lu, pivots, k) if info == 0 else None
-        sizes = np.abs(self.reader.read(lu.diagonal(), pivots))
-        self._least = _NEAR_SINGULAR * float(sizes.min())
+        diagonal = lu.diagonal()
+        found = self.reader.read(diagonal, pivots)
+        self._least = _NEAR_SINGULAR * float(np.abs(found).min())
+        size = np.abs(diagonal)
+        return found if size.min() > RANK * size.max() else None
+
+    def remember_home(self, q: Array) -> None:
+        """Calibrate at home and keep the factors for :meth:`predict_from_home`."""
+        self.calibrate(q)
+        self._home = self._factors
+
+    def predict_from_home(self, q: Array, change: Array) -> float:
+        """:meth:`predict` along the tangent at home."""
+        self._factors = self._home
+        return self.predict(q, change)
+
+    def step_from(self, q: Array, values: Array) -> Array | None:
+        """The pose (nq,) with the held coordinates at ``values``, on the branch of the closed q;
+        None when one step does not settle that it is on it."""
+        found = self.calibrate(q)
+        if found is None:
+            return None
+        self.signs = np.sign(found)
+        ahead = q.copy()
+        ahead[self.held] = values
+        moved = self.predict(ahead, values - q[self.held])
+        if not self.newton(ahead, moved) or not self.agree(self.diagonal[None], [self.pivots])[0]:
+            return None
+        return ahead

@@ -5,9 +5,10 @@ Beside :mod:`pinmech.show`, above the analyses; matplotlib is imported only when
 
 from __future__ import annotations
 
+from pinmech.reports.papertable import PaperTable
 from pinmech.reports.reproduction import PAPERS, Progress, Reproduction, reproduce
 from pinmech.reports.tables import read_verdicts
-from pinmech.reports.verdict import MEANING, VERDICTS, Item, PaperTable, Verdict, worse
+from pinmech.reports.verdict import MEANING, VERDICTS, Item, Verdict, worse
 
 __all__ = [
     "MEANING",

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 import pinmech as pm
-from pinmech.reports import antenna_errors, antenna_forward, antenna_singular
+from pinmech.reports import (
+    antenna_errors,
+    antenna_forward,
+    antenna_kinematics,
+    antenna_singular,
+)
 from pinmech.reports.antenna_model import (
     POSES,
-    coefficients,
-    corrected_j3_alpha,
     geometry,
     outward,
-    points,
-    printed_coefficients,
 )
-from pinmech.reports.verdict import PaperTable
+from pinmech.reports.papertable import PaperTable
 
 Array = np.ndarray
 
@@ -38,10 +37,8 @@ def antenna_table() -> PaperTable:
     mechanism = pm.load("antenna_3rsu")
     states = [pm.inverse(mechanism, np.deg2rad(pose)).unwrap() for pose in POSES]
     _structure(table, mechanism)
-    _platform(table, mechanism, states)
-    _inverse(table, mechanism, states)
+    antenna_kinematics.add(table, mechanism, states)
     antenna_forward.add(table, mechanism, states)
-    _jacobians(table, states)
     _sweep(table, mechanism)
     antenna_singular.add(table, mechanism, states)
     antenna_errors.add(table, mechanism, states)
@@ -51,155 +48,109 @@ def antenna_table() -> PaperTable:
 
 def _structure(table: PaperTable, mechanism: pm.Mechanism) -> None:
     g = geometry(mechanism.home)
-    table.number("table1", "Table 1", "R, r, h, l1, l2, read back from the model's frames",
-                 ("166", "126", "140", "70", "134"), (g.R, g.r, g.h, g.l1, g.l2), "mm",
-                 tolerance=1e-9)
+    table.number(
+        "table1",
+        "Table 1",
+        "R, r, h, l1, l2, read back from the model's frames",
+        ("166", "126", "140", "70", "134"),
+        (g.R, g.r, g.h, g.l1, g.l2),
+        "mm",
+        tolerance=1e-9,
+    )
     wide = geometry(pm.load("antenna_3rsu_wide").home)
-    table.number("table2", "Table 2", "R, r, h, l1, l2 of the second platform",
-                 ("166", "106", "140", "120", "200"),
-                 (wide.R, wide.r, wide.h, wide.l1, wide.l2), "mm", tolerance=1e-9)
+    table.number(
+        "table2",
+        "Table 2",
+        "R, r, h, l1, l2 of the second platform",
+        ("166", "106", "140", "120", "200"),
+        (wide.R, wide.r, wide.h, wide.l1, wide.l2),
+        "mm",
+        tolerance=1e-9,
+    )
     u = outward(mechanism.home)
     turns = np.rad2deg(np.arctan2(u[:, 1], u[:, 0]))
-    table.number("azimuths", "Fig. 1", "azimuths of the arms 1, 2, 3", ("0", "-120", "120"), turns,
-                 "deg", tolerance=1e-9,
-                 assumption="the numbering: the text says that the arms are evenly spaced and that "
-                 "x passes through A1; arm 2 on the -y side is what makes (14) and (15) come out")
+    table.number(
+        "azimuths",
+        "Fig. 1",
+        "azimuths of the arms 1, 2, 3",
+        ("0", "-120", "120"),
+        turns,
+        "deg",
+        tolerance=1e-9,
+        assumption="the numbering: the text says that the arms are evenly spaced and that "
+        "x passes through A1; arm 2 on the -y side is what makes (14) and (15) come out",
+    )
     mobility = pm.mobility(mechanism.home)
-    table.statement("dof", "abstract, kinematics", "degrees of freedom", "2", str(mobility.dof),
-                    holds=mobility.dof == mobility.finite_dof == 2,
-                    why=f"rank {mobility.rank} of {mobility.rows} closure rows and "
-                    f"{mobility.joints} joints; finite motion {mobility.finite_dof}")
+    table.statement(
+        "dof",
+        "abstract, kinematics",
+        "degrees of freedom",
+        "2",
+        str(mobility.dof),
+        holds=mobility.dof == mobility.finite_dof == 2,
+        why=f"rank {mobility.rank} of {mobility.rows} closure rows and "
+        f"{mobility.joints} joints; finite motion {mobility.finite_dof}",
+    )
     pairs = {name: pm.singularity(mechanism.home, drive=name) for name in ("12", "13", "23")}
     table.statement(
-        "pairs", "kinematics", "any two driven arms hold the platform", "fully constrained",
+        "pairs",
+        "kinematics",
+        "any two driven arms hold the platform",
+        "fully constrained",
         ", ".join(f"{name}: {s.type2:.3f}" for name, s in pairs.items()),
         holds=all("type2" not in s.kinds for s in pairs.values()),
         why="scaled smallest singular value with the two arms held, at home; singular poses of "
-        "each pair exist, see (18)")
+        "each pair exist, see (18)",
+    )
     three = pm.load("antenna_3rsu_s")
     spherical = pm.mobility(three.home)
     kinds = pm.singularity(three.home).kinds
     table.statement(
-        "spherical", "kinematics", "with a spherical joint on the strut", "3 degrees of freedom",
-        str(spherical.dof), holds=spherical.dof == spherical.finite_dof == 3,
+        "spherical",
+        "kinematics",
+        "with a spherical joint on the strut",
+        "3 degrees of freedom",
+        str(spherical.dof),
+        holds=spherical.dof == spherical.finite_dof == 3,
         why="the paper does not say that the three arms cannot hold the twist about the platform's "
-        f"normal at home: singularities there: {', '.join(sorted(kinds)) or 'none'}")
-    table.drawing("fig123", "Figs 1, 2, 3, 13", "drawings of the mechanism, an arm, the universal "
-                  "joint and a joint clearance", "what they define is checked through the formulas")
-
-
-def _platform(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]) -> None:
-    printed, model, turns, turned, places, placed, aims, aimed = ([] for _ in range(8))
-    home_b = points(mechanism.home)[1]
-    centre = mechanism.home.platform.translation * 1e3
-    for state in states:
-        a, b = state.outputs["alpha"], state.outputs["beta"]
-        ca, sa, cb, sb = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
-        cross = state.frame("strut_cross").rotation
-        printed.append([0.0, ca, sa])
-        model.append(cross[:, 1])
-        turn = np.array([
-            [cb, -sa * sb, ca * sb],
-            [sa * sb, ca**2 + sa**2 * cb, sa * ca * (1 - cb)],
-            [-ca * sb, sa * ca * (1 - cb), sa**2 + ca**2 * cb],
-        ])
-        turns.append(turn)
-        turned.append(state.platform.rotation @ cross.T)
-        first = np.array([[1, 0, 0], [0, ca, -sa], [0, sa, ca]])
-        places.append(centre + (home_b - centre) @ (turn @ first).T)
-        placed.append(points(state)[1])
-        aims.append([sb, -sa * cb, ca * cb])
-        aimed.append(state.platform.rotation[:, 2])
-    at = f"at {len(states)} poses"
-    table.formula("eq1", "eq. (1)", f"direction of the floating axis y1, {at}", printed, model,
-                  tolerance=1e-12)
-    table.formula("eq2", "eq. (2)", f"rotation about y1, {at}", turns, turned, tolerance=1e-12)
-    table.formula("eq3", "eq. (3)", f"points B_i, {at}", places, placed, "mm", tolerance=1e-9)
-    table.formula("eq16", "eq. (16)", f"pointing direction, {at}", aims, aimed, tolerance=1e-12)
-
-
-def _inverse(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]) -> None:
-    g, u = geometry(mechanism.home), outward(mechanism.home)
-    gaps, printed, model = [], [], []
-    flipped = dict.fromkeys(("arm1", "arm2", "arm3"), -1)
-    count = set()
-    for state in states:
-        a, b, c = points(state)
-        gaps.append(np.linalg.norm(b - c, axis=1))
-        other = pm.inverse(mechanism, dict(state.outputs), mode=flipped, limits=False).unwrap()
-        for k in range(3):
-            arm = b[k] - a[k]
-            p1, p2 = -2 * g.l1 * arm[2], -2 * g.l1 * (arm @ u[k])
-            p3 = float(arm @ arm) + g.l1**2 - g.l2**2
-            root = np.sqrt(p1**2 + p2**2 - p3**2)
-            for sign, found in ((-1.0, state), (1.0, other)):
-                printed.append(2 * np.arctan((-p1 + sign * root) / (p3 - p2)))
-                model.append(found.actuators[f"arm{k + 1}"])
-    off = np.array(printed) - np.array(model)
-    printed = list(np.array(printed) - 2 * np.pi * np.round(off / (2 * np.pi)))
-    table.formula("eq4", "eq. (4)", "|B_i - C_i| at closed states", np.full((len(gaps), 3), g.l2),
-                  gaps, "mm", tolerance=1e-9)
-    table.formula("eq7", "eqs (5) to (7)", "arm angles of both inverse solutions, six poses",
-                  np.rad2deg(printed), np.rad2deg(model), "deg", tolerance=1e-8,
-                  why="p_ij are not printed: formed from the model's points; the minus sign in (7) "
-                  "is the mode of Figure 1")
-    pose = dict(states[0].outputs)
-    for signs in product((1, -1), repeat=3):
-        mode = dict(zip(flipped, signs, strict=True))
-        answer = pm.inverse(mechanism, pose, mode=mode, limits=False).state
-        if answer is not None:
-            count.add(tuple(np.round(list(answer.actuators.values()), 6)))
-    table.statement("twoinverse", "numerical example", "inverse solutions", "two for each arm",
-                    f"{len(count)} = 2³ for three arms", holds=len(count) == 8,
-                    why="all working modes of the first pose")
-
-
-def _jacobians(table: PaperTable, states: list[pm.ClosedState]) -> None:
-    model = np.array([coefficients(state) for state in states])
-    printed = np.array([
-        printed_coefficients(geometry(state), state.outputs["alpha"], state.outputs["beta"],
-                             np.array(list(state.actuators.values())))
-        for state in states
-    ])
-    unit = "mm²/rad"
-    table.formula("eq13", "eq. (13)", "J_1α, J_1β, J_1θ1 at six poses", printed[:, 0],
-                  model[:, 0], unit, tolerance=1e-5)
-    table.formula("eq14", "eq. (14)", "J_2α, J_2β, J_2θ2 at six poses", printed[:, 1],
-                  model[:, 1], unit, tolerance=1e-5)
-    table.formula("eq15", "eq. (15)", "J_3β, J_3θ3 at six poses", printed[:, 2, 1:],
-                  model[:, 2, 1:], unit, tolerance=1e-5)
-    right = [
-        corrected_j3_alpha(geometry(state), state.outputs["alpha"], state.outputs["beta"],
-                           state.actuators["arm3"])
-        for state in states
-    ]
-    table.erratum("eq15a", "eq. (15)", "J_3α at six poses", printed[:, 2, 0], right,
-                  model[:, 2, 0], unit, tolerance=1e-5,
-                  why="the first term needs (sα sβ - √3 cα); the printed plus sign also "
-                  "contradicts the paper's own (23)")
-    rates = np.array([pm.inverse_jacobian(state) for state in states])
-    table.formula("eq17", "eqs (12), (17)", "arm rates per output rate at six poses",
-                  -model[:, :, :2] / model[:, :, 2:], rates, tolerance=1e-8)
+        f"normal at home: singularities there: {', '.join(sorted(kinds)) or 'none'}",
+    )
+    table.drawing(
+        "fig123",
+        "Figs 1, 2, 3, 13",
+        "drawings of the mechanism, an arm, the universal joint and a joint clearance",
+        "what they define is checked through the formulas",
+    )
 
 
 def _sweep(table: PaperTable, mechanism: pm.Mechanism) -> None:
     level = {
-        sign: pm.inverse(mechanism, [0.0, 0.0], limits=False,
-                         mode=dict.fromkeys(("arm1", "arm2", "arm3"), sign)).unwrap()
+        sign: pm.inverse(
+            mechanism, [0.0, 0.0], limits=False, mode=dict.fromkeys(("arm1", "arm2", "arm3"), sign)
+        ).unwrap()
         for sign in (1, -1)
     }
     angles = {sign: np.rad2deg(list(state.actuators.values())) for sign, state in level.items()}
     table.statement(
-        "fig6", "Fig. 6", "the three arm angles coincide at α = β = 0, which tells the branch of "
-        "Figure 1", "one point on the first branch",
+        "fig6",
+        "Fig. 6",
+        "the three arm angles coincide at α = β = 0, which tells the branch of Figure 1",
+        "one point on the first branch",
         f"{angles[1][0]:.4f} deg on the first branch, {angles[-1][0]:.4f} deg on the second",
         holds=np.ptp(angles[1]) < 1e-9 and np.ptp(angles[-1]) > 1.0,
         corrected=bool(np.ptp(angles[1]) < 1e-9 and np.ptp(angles[-1]) < 1e-9),
         difference=f"{np.ptp(angles[-1]):.1e} deg between the arms on the second",
         why="the angles coincide there on both branches, so the point does not tell them apart; "
-        "the curves are drawn, the text prints no value", figure="antenna_fig6.png")
-    table.drawing("fig7", "Fig. 7", "arm rates and accelerations at 1 deg/s",
-                  "no value printed", figure="antenna_fig7.png")
+        "the curves are drawn, the text prints no value",
+        figure="antenna_fig6.png",
+    )
+    table.drawing(
+        "fig7",
+        "Fig. 7",
+        "arm rates and accelerations at 1 deg/s",
+        "no value printed",
+        figure="antenna_fig7.png",
+    )
 
 
 def _later(table: PaperTable) -> None:
@@ -207,18 +158,35 @@ def _later(table: PaperTable) -> None:
     space = "needs the workspace analysis, which follows with the workspace issue"
     error = "needs the accuracy analysis, which follows with the accuracy issue"
     table.later("fig9", "Fig. 9", "orientation workspace", "a surface, symmetric about x", space)
-    table.later("fig10", "Fig. 10", "singular lines A, B, C of the drives 12, 13, 23",
-                "three lines; A meets neither B nor C", locus)
-    table.later("eliminated", "after (23)", "all singularities vanish with the redundant drive",
-                "all", locus + "; at the pose (19) it holds, see (23)")
-    table.later("fig12", "Fig. 12", "inverse singularities bound the workspace", "its boundary",
-                space)
-    table.later("fig14", "Fig. 14", "largest error of drive 12, e = 0.1 mm, ±15 deg", "0.2847 deg",
-                error)
+    table.later(
+        "fig10",
+        "Fig. 10",
+        "singular lines A, B, C of the drives 12, 13, 23",
+        "three lines; A meets neither B nor C",
+        locus,
+    )
+    table.later(
+        "eliminated",
+        "after (23)",
+        "all singularities vanish with the redundant drive",
+        "all",
+        locus + "; at the pose (19) it holds, see (23)",
+    )
+    table.later(
+        "fig12", "Fig. 12", "inverse singularities bound the workspace", "its boundary", space
+    )
+    table.later(
+        "fig14", "Fig. 14", "largest error of drive 12, e = 0.1 mm, ±15 deg", "0.2847 deg", error
+    )
     table.later("table3", "Table 3", "sign sets of the three clearances", "four groups", error)
     table.later("fig15", "Fig. 15", "largest error of the redundant drive", "0.1358 deg", error)
-    table.later("fig16", "Fig. 16", "arm adjustments that cancel the error, three maps",
-                "(no number in the text)", error + "; their formula is checked, see (33)")
+    table.later(
+        "fig16",
+        "Fig. 16",
+        "arm adjustments that cancel the error, three maps",
+        "(no number in the text)",
+        error + "; their formula is checked, see (33)",
+    )
 
 
 def sweep_paths(mechanism: pm.Mechanism) -> dict[str, pm.Path]:

@@ -10,7 +10,7 @@ from scipy.optimize import root
 
 import pinmech as pm
 from pinmech.reports.antenna_model import OpenArms, q_terms
-from pinmech.reports.verdict import PaperTable
+from pinmech.reports.papertable import PaperTable
 
 Array = np.ndarray
 
@@ -57,15 +57,19 @@ class Curves:
         """(n, 2) points (alpha, beta) [rad] where both curves cross, each once."""
         theta = np.deg2rad(degrees)
         signs = self.values(degrees) > 0
-        cells = [signs[:, i : i + signs.shape[1] - 1, j : j + signs.shape[2] - 1]
-                 for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))]
+        cells = [
+            signs[:, i : i + signs.shape[1] - 1, j : j + signs.shape[2] - 1]
+            for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))
+        ]
         mixed = np.any(cells, axis=0) & ~np.all(cells, axis=0)
         middle = 0.5 * (self.grid[1] - self.grid[0])
         found: list[Array] = []
         for i, j in np.argwhere(mixed[0] & mixed[1]):
-            run = root(lambda x: [self.open.loop(arm, x[0], x[1], theta[arm - 1])
-                                  for arm in (1, 2)],
-                       self.grid[[i, j]] + middle, tol=1e-13)
+            run = root(
+                lambda x: [self.open.loop(arm, x[0], x[1], theta[arm - 1]) for arm in (1, 2)],
+                self.grid[[i, j]] + middle,
+                tol=1e-13,
+            )
             if np.abs(run.fun).max() > 1e-6:
                 continue
             point = (run.x + np.pi) % (2 * np.pi) - np.pi
@@ -99,27 +103,40 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
     found = curves.solve(EXAMPLE)
     poses = "; ".join(
         f"({np.rad2deg(s.outputs['alpha']):.3f}, {np.rad2deg(s.outputs['beta']):.3f}) deg, arm3 "
-        f"{np.rad2deg(s.actuators['arm3']):.3f} deg" for s in found.states
+        f"{np.rad2deg(s.actuators['arm3']):.3f} deg"
+        for s in found.states
     )
     reached = pm.forward(mechanism, dict(zip(("arm1", "arm2"), np.deg2rad(EXAMPLE), strict=True)))
     near = min((np.abs(reached.unwrap().q - s.q).max() for s in found.states), default=np.inf)
     table.statement(
-        "fig4", "Fig. 4", "configurations (α, β) for θ1 = 30, θ2 = 60 deg", "two", poses,
+        "fig4",
+        "Fig. 4",
+        "configurations (α, β) for θ1 = 30, θ2 = 60 deg",
+        "two",
+        poses,
         holds=len(found.crossings) == 2 == len(found.states),
         why="the curves come from the model's tree with the loops open; each crossing is then a "
-        "closed state; the text prints no angles", figure="antenna_fig4.png")
-    table.drawing("fig5", "Fig. 5", "the two configurations",
-                  f"pm.forward from home reaches one of them, to {near:.0e} rad",
-                  figure="antenna_fig5.png")
+        "closed state; the text prints no angles",
+        figure="antenna_fig4.png",
+    )
+    table.drawing(
+        "fig5",
+        "Fig. 5",
+        "the two configurations",
+        f"pm.forward from home reaches one of them, to {near:.0e} rad",
+        figure="antenna_fig5.png",
+    )
     _count(table, curves)
-    table.drawing("fig8", "Fig. 8", "α and β over θ1, θ2 from 30 to 60 deg",
-                  "no value printed; the corner (30, 60) is a solution of Figure 4",
-                  figure="antenna_fig8.png")
+    table.drawing(
+        "fig8",
+        "Fig. 8",
+        "α and β over θ1, θ2 from 30 to 60 deg",
+        "no value printed; the corner (30, 60) is a solution of Figure 4",
+        figure="antenna_fig8.png",
+    )
 
 
-def _loop_function(
-    table: PaperTable, model: OpenArms, states: list[pm.ClosedState]
-) -> None:
+def _loop_function(table: PaperTable, model: OpenArms, states: list[pm.ClosedState]) -> None:
     g = model.size
     printed, values, betas = [], [], []
     shown: dict[str, list[float]] = {"printed": [], "right": []}
@@ -138,11 +155,26 @@ def _loop_function(
         for key, below in (("printed", q13 - q12), ("right", q13 - q11)):
             options = 2 * np.arctan(tops / (below * (t * t + 1)))
             shown[key].append(float(options[np.abs(options - b).argmin()]))
-    table.formula("eq8", "eqs (8), (9)", "F_1 at six poses, with the loop closed and open", printed,
-                  values, "mm²", tolerance=1e-6)
-    table.erratum("eq11", "eq. (11)", "β from α and θ1 at six poses, better root",
-                  np.rad2deg(shown["printed"]), np.rad2deg(shown["right"]), np.rad2deg(betas),
-                  "deg", tolerance=1e-7, why="the denominator must be q13 - q11, not q13 - q12")
+    table.formula(
+        "eq8",
+        "eqs (8), (9)",
+        "F_1 at six poses, with the loop closed and open",
+        printed,
+        values,
+        "mm²",
+        tolerance=1e-6,
+    )
+    table.erratum(
+        "eq11",
+        "eq. (11)",
+        "β from α and θ1 at six poses, better root",
+        np.rad2deg(shown["printed"]),
+        np.rad2deg(shown["right"]),
+        np.rad2deg(betas),
+        "deg",
+        tolerance=1e-7,
+        why="the denominator must be q13 - q11, not q13 - q12",
+    )
 
 
 def _count(table: PaperTable, curves: Curves) -> None:
@@ -152,11 +184,14 @@ def _count(table: PaperTable, curves: Curves) -> None:
     found = wide.solve(MANY)
     worst = max((s.residual for s in found.states), default=np.inf)
     table.statement(
-        "fourforward", "forward kinematics, conclusions", "forward solutions of two arm angles",
+        "fourforward",
+        "forward kinematics, conclusions",
+        "forward solutions of two arm angles",
         "at most four",
         f"Table 1: at most {most} over {len(steps) ** 2} pairs of angles; Table 2 at θ1 = "
         f"{MANY[0]:g}, θ2 = {MANY[1]:g} deg: {len(found.crossings)}",
         holds=most <= 4 and len(found.crossings) <= 4,
         corrected=len(found.crossings) > 4 and len(found.states) == len(found.crossings),
         why="not a theorem: the paper's own second platform has more; all of them are closed "
-        f"states of all three arms (scaled residual up to {worst:.0e})")
+        f"states of all three arms (scaled residual up to {worst:.0e})",
+    )

@@ -52,6 +52,7 @@ def geometry(state: pm.ClosedState) -> Geometry:
 
 def points(state: pm.ClosedState) -> tuple[Array, Array, Array]:
     """A_i, B_i and C_i of the three arms, each (3, 3) [mm], base axes."""
+
     def rows(pattern: str) -> Array:
         return np.array([state.frame(pattern.format(i)).translation for i in (1, 2, 3)]) * 1e3
 
@@ -156,14 +157,16 @@ def printed_coefficients(g: Geometry, alpha: float, beta: float, theta: Array) -
     )
     rows = [one]
     for k, sign in ((1, 1.0), (2, -1.0)):
-        rows.append((
-            # the sign of root·ca is printed alike in (14) and (15)
-            -r * low[k] * (sa * sb + root * ca)
-            + 0.5 * r * far[k] * (3 * sa - sign * root * ca * sb),
-            r * low[k] * ca * cb + 0.5 * r * far[k] * (sb - sign * root * sa * cb),
-            l1 * (-2 * h + sign * root * r * sa - r * ca * sb) * c[k]
-            - 0.5 * l1 * (4 * g.R - sign * root * r * sa * sb - 3 * r * ca - r * cb) * s[k],
-        ))
+        rows.append(
+            (
+                # the sign of root·ca is printed alike in (14) and (15)
+                -r * low[k] * (sa * sb + root * ca)
+                + 0.5 * r * far[k] * (3 * sa - sign * root * ca * sb),
+                r * low[k] * ca * cb + 0.5 * r * far[k] * (sb - sign * root * sa * cb),
+                l1 * (-2 * h + sign * root * r * sa - r * ca * sb) * c[k]
+                - 0.5 * l1 * (4 * g.R - sign * root * r * sa * sb - 3 * r * ca - r * cb) * s[k],
+            )
+        )
     return np.array(rows)
 
 

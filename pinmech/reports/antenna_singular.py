@@ -15,7 +15,7 @@ from pinmech.reports.antenna_model import (
     geometry,
     points,
 )
-from pinmech.reports.verdict import PaperTable
+from pinmech.reports.papertable import PaperTable
 
 Array = np.ndarray
 
@@ -25,6 +25,7 @@ PRINTED = ("22.9183", "-12.7512")
 
 def singular_state(mechanism: pm.Mechanism) -> pm.ClosedState:
     """The state at alpha = 0.4 rad where the determinant of drive 12 vanishes."""
+
     def value(beta: float) -> float:
         return determinant(pm.inverse(mechanism, [0.4, beta]).unwrap(), 1, 2)
 
@@ -64,29 +65,54 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
     state = singular_state(mechanism)
     found = pm.singularity(state, drive="12")
     a, b = state.outputs["alpha"], state.outputs["beta"]
-    table.number("eq19", "eqs (18), (19)", "α = 0.4 rad, and β where the determinant of drive 12 "
-                 "vanishes", PRINTED, np.rad2deg([a, b]), "deg",
-                 why=f"scaled smallest singular value there {found.type2:.0e}")
+    table.number(
+        "eq19",
+        "eqs (18), (19)",
+        "α = 0.4 rad, and β where the determinant of drive 12 vanishes",
+        PRINTED,
+        np.rad2deg([a, b]),
+        "deg",
+        why=f"scaled smallest singular value there {found.type2:.0e}",
+    )
     rounded = pm.inverse(mechanism, np.deg2rad([float(x) for x in PRINTED])).unwrap()
     left, off = determinant(rounded, 1, 2), np.rad2deg(rounded.outputs["beta"] - b)
     table.statement(
-        "eq18", "eq. (18)", "determinant of drive 12 at (19)", "0",
+        "eq18",
+        "eq. (18)",
+        "determinant of drive 12 at (19)",
+        "0",
         f"{determinant(state, 1, 2):.0e} mm⁴ at the pose above; {left:.0f} mm⁴ at the rounded one",
         holds=abs(determinant(state, 1, 2)) < 1.0 and abs(off) <= 0.5e-4,
         difference=f"{left:.0f} mm⁴",
         why=f"so much comes from rounding (19): {off:.1e} deg in β; the determinants of the other "
-        "pairs are 10⁷ to 10⁹ mm⁴")
-    table.number("eq21", "eq. (21)", "θ1, θ2, θ3 at the singular pose",
-                 ("57.6163", "19.4063", "60.3638"), np.rad2deg(list(state.actuators.values())),
-                 "deg")
+        "pairs are 10⁷ to 10⁹ mm⁴",
+    )
+    table.number(
+        "eq21",
+        "eq. (21)",
+        "θ1, θ2, θ3 at the singular pose",
+        ("57.6163", "19.4063", "60.3638"),
+        np.rad2deg(list(state.actuators.values())),
+        "deg",
+    )
     _axis(table, mechanism, state, states)
-    table.number("eq23", "eq. (23)", "determinants |J2; J3| and |J3; J1| at the singular pose",
-                 ("-9.7459e6", "-7.7710e8"),
-                 (determinant(state, 2, 3), determinant(state, 3, 1)), "mm⁴")
+    table.number(
+        "eq23",
+        "eq. (23)",
+        "determinants |J2; J3| and |J3; J1| at the singular pose",
+        ("-9.7459e6", "-7.7710e8"),
+        (determinant(state, 2, 3), determinant(state, 3, 1)),
+        "mm⁴",
+    )
     full = pm.singularity(state, drive="123")
-    table.statement("removed", "after (23)", "driving arm 3 as well removes this singularity",
-                    "removed", f"scaled smallest singular value {full.type2:.3f} (drive 123)",
-                    holds="type2" not in full.kinds and "type2" in found.kinds)
+    table.statement(
+        "removed",
+        "after (23)",
+        "driving arm 3 as well removes this singularity",
+        "removed",
+        f"scaled smallest singular value {full.type2:.3f} (drive 123)",
+        holds="type2" not in full.kinds and "type2" in found.kinds,
+    )
     _boundary(table, mechanism)
 
 
@@ -105,41 +131,69 @@ def _axis(
             rate = inverse[arm - 1]
             axis = turning @ np.array([-rate[1], rate[0]])  # the outputs that leave this arm still
             held[arm].append(axis / np.linalg.norm(axis) * np.sign(axis[0]))
-        values = (geometry(pose), pose.outputs["alpha"], pose.outputs["beta"],
-                  pose.actuators["arm1"])
+        values = (
+            geometry(pose),
+            pose.outputs["alpha"],
+            pose.outputs["beta"],
+            pose.actuators["arm1"],
+        )
         scanned.append(axis_20(*values, scanned=True))
         right.append(axis_20(*values, scanned=False))
     table.erratum(
-        "eq20", "eq. (20)", "axis of the motion that arm 1, held, leaves; six poses", scanned,
-        right, held[1], tolerance=1e-9,
+        "eq20",
+        "eq. (20)",
+        "axis of the motion that arm 1, held, leaves; six poses",
+        scanned,
+        right,
+        held[1],
+        tolerance=1e-9,
         why="letters are lost in the scan: the components are [cα cβ - sβ (R + l1 c1)/(h - l1 s1), "
-        "cα sα sβ, s²α sβ]")
+        "cα sα sβ, s²α sβ]",
+    )
     off = [float(np.abs(np.array(right) - np.array(held[arm])).max()) for arm in (1, 2)]
     table.statement(
-        "eq20arm", "before (20)", "which arm the axis belongs to",
+        "eq20arm",
+        "before (20)",
+        "which arm the axis belongs to",
         "arm 2 alone controls the platform",
         f"arm 1 held: off by {off[0]:.0e}; arm 2 held: off by {off[1]:.2f}",
-        holds=off[1] < 1e-9, corrected=off[0] < 1e-9,
+        holds=off[1] < 1e-9,
+        corrected=off[0] < 1e-9,
         why="(20) holds with arm 1 locked and arm 2 passive; as a statement about the motion that "
-        "arm 2 would drive it agrees, as one about arm 2's constraint it is the reverse")
+        "arm 2 would drive it agrees, as one about arm 2's constraint it is the reverse",
+    )
     axis = pm.singularity(state, drive="12").directions["axis"]
-    table.number("eq22", "eq. (22)", "unit axis of the uncontrolled motion",
-                 ("0.9983", "-0.0544", "-0.0230"), axis, "",
-                 why="pm.singularity(...).directions['axis']")
+    table.number(
+        "eq22",
+        "eq. (22)",
+        "unit axis of the uncontrolled motion",
+        ("0.9983", "-0.0544", "-0.0230"),
+        axis,
+        "",
+        why="pm.singularity(...).directions['axis']",
+    )
     met = meetings(state)
     table.statement(
-        "fig11", "Fig. 11", "the axis meets the extension of the line C2B2", "they intersect",
+        "fig11",
+        "Fig. 11",
+        "the axis meets the extension of the line C2B2",
+        "they intersect",
         f"distance {met[1].distance:.1e} mm, at {met[1].along:.2f} of the way from C2 to B2 (arm "
         f"1: {met[0].distance:.1e} mm, arm 3: {met[2].distance:.1f} mm)",
         holds=met[1].distance < 1e-6 and not 0.0 <= met[1].along <= 1.0,
         difference=f"{met[1].distance:.1e} mm",
         why="it meets the line of arm 1 too: neither rod has a moment about it",
-        figure="antenna_fig11.png")
+        figure="antenna_fig11.png",
+    )
     table.statement(
-        "type12", "singularity section", "kinds of singularity at (19)", "forward, of drive 12",
+        "type12",
+        "singularity section",
+        "kinds of singularity at (19)",
+        "forward, of drive 12",
         ", ".join(sorted(pm.singularity(state, drive="12").kinds)),
         holds=pm.singularity(state, drive="12").kinds == frozenset({"type2"}),
-        why="type 1 would be the inverse, type 2 the forward singularity")
+        why="type 1 would be the inverse, type 2 the forward singularity",
+    )
 
 
 def _boundary(table: PaperTable, mechanism: pm.Mechanism) -> None:
@@ -156,14 +210,18 @@ def _boundary(table: PaperTable, mechanism: pm.Mechanism) -> None:
     found = pm.singularity(state, tolerance=1e-4)
     small = int(sizes.argmin())
     table.statement(
-        "eq24", "eq. (24)", "condition of the inverse singularity, at the reach in β, α = 0.1",
-        "the diagonal matrix of \"equation (39)\" is zero",
+        "eq24",
+        "eq. (24)",
+        "condition of the inverse singularity, at the reach in β, α = 0.1",
+        'the diagonal matrix of "equation (39)" is zero',
         f"β = {np.rad2deg(low):.4f} deg: |J_iθi| = "
-        + ", ".join(f"{x:.3g}" for x in sizes) + " mm²/rad",
-        holds=bool(sizes.max() < 1.0), corrected=bool(sizes[small] < 1e-3 * sizes.max()
-                                                     and "type1" in found.kinds),
+        + ", ".join(f"{x:.3g}" for x in sizes)
+        + " mm²/rad",
+        holds=bool(sizes.max() < 1.0),
+        corrected=bool(sizes[small] < 1e-3 * sizes.max() and "type1" in found.kinds),
         why="the equation meant is (17); its determinant vanishes, not the matrix: one arm "
-        f"(arm {small + 1}) is stretched (scaled distance {found.type1:.0e})")
+        f"(arm {small + 1}) is stretched (scaled distance {found.type1:.0e})",
+    )
 
 
 def arm_terms(state: pm.ClosedState) -> Array:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 import pinmech as pm
-from pinmech.reports import decoupled_statics
+from pinmech.reports import decoupled_statics, decoupled_workspace
 from pinmech.reports.decoupled_model import ANGLES, at, axes
-from pinmech.reports.verdict import PaperTable
+from pinmech.reports.papertable import PaperTable
 
 Array = np.ndarray
 
-#: Configurations (a) to (c) of Figure 9: theta1, theta2 as printed, in units of pi.
-FIGURE_9 = ((0.0, 1.0 / 3.0), (0.5, -0.25), (-0.5, 0.25))
 #: Other crank lengths for the general relation (5) [m].
 CRANKS = (0.080, 0.120)
 
@@ -30,54 +28,100 @@ def decoupled_table() -> PaperTable:
     _structure(table, slider, crank)
     _mapping(table, slider, crank)
     decoupled_statics.add(table, slider, crank)
-    _workspace(table, crank)
+    decoupled_workspace.add(table, crank)
     return table
 
 
 def _structure(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> None:
     e_slider = _distance_r2_r3(slider, "coupler")
-    table.number("e", "Fig. 3", "e, distance of the axes R2 and R3", "100", 1e3 * e_slider, "mm",
-                 tolerance=1e-9)
+    table.number(
+        "e",
+        "Fig. 3",
+        "e, distance of the axes R2 and R3",
+        "100",
+        1e3 * e_slider,
+        "mm",
+        tolerance=1e-9,
+    )
     e_crank = _distance_r2_r3(crank, "platform_r3")
-    m = float(np.linalg.norm(crank.home.frame("riser").translation
-                             - crank.home.frame("crank").translation))
-    table.statement("m", "before (6)", "m = e", "m = e", f"m = {1e3 * m:.6g} mm, e = "
-                    f"{1e3 * e_crank:.6g} mm", holds=abs(m - e_crank) < 1e-12,
-                    difference=f"{1e3 * abs(m - e_crank):.0e} mm")
+    m = float(
+        np.linalg.norm(
+            crank.home.frame("riser").translation - crank.home.frame("crank").translation
+        )
+    )
+    table.statement(
+        "m",
+        "before (6)",
+        "m = e",
+        "m = e",
+        f"m = {1e3 * m:.6g} mm, e = {1e3 * e_crank:.6g} mm",
+        holds=abs(m - e_crank) < 1e-12,
+        difference=f"{1e3 * abs(m - e_crank):.0e} mm",
+    )
     one, two = axes(slider.home)
     angle = float(np.rad2deg(np.arccos(np.clip(one @ two, -1.0, 1.0))))
-    table.number("alpha", "Fig. 2", "angle α between the axes R1 and R2", "90", angle, "deg",
-                 tolerance=1e-9, why="printed as π/2; both pass through o")
+    table.number(
+        "alpha",
+        "Fig. 2",
+        "angle α between the axes R1 and R2",
+        "90",
+        angle,
+        "deg",
+        tolerance=1e-9,
+        why="printed as π/2; both pass through o",
+    )
     for key, mechanism, place in (("dofpf", slider, "Fig. 2"), ("dof4r", crank, "Fig. 5")):
         found = pm.mobility(mechanism.home)
         table.statement(
-            key, place, f"mobility of {mechanism.name}", "2 degrees of freedom",
+            key,
+            place,
+            f"mobility of {mechanism.name}",
+            "2 degrees of freedom",
             f"{found.dof} (finite motion {found.finite_dof})",
             holds=found.dof == found.finite_dof == 2,
             why=f"overconstraint {found.overconstraint} ({found.rows} rows of rank {found.rank}), "
-            f"Kutzbach count {found.kutzbach}: neither is in the paper")
+            f"Kutzbach count {found.kutzbach}: neither is in the paper",
+        )
     chains = {}
     for pair in ("PPR", "RPR", "3R"):
         other = pm.designs.decoupled_pf(pair=pair)
-        heights = [at(other, 0.3, t).actuators["q2"] - at(slider, 0.3, t).actuators["q2"]
-                   for t in (-50.0, 20.0, 70.0)]
+        heights = [
+            at(other, 0.3, t).actuators["q2"] - at(slider, 0.3, t).actuators["q2"]
+            for t in (-50.0, 20.0, 70.0)
+        ]
         chains[pair] = (pm.mobility(other.home).finite_dof, float(np.abs(heights).max()))
     table.statement(
-        "fig4", "Fig. 4(a)", "3R, PPR and RPR replace the flat pair", "same freedoms",
-        "; ".join(f"{pair}: mobility {dof}, q2 within {1e3 * off:.0e} mm"
-                  for pair, (dof, off) in chains.items()),
+        "fig4",
+        "Fig. 4(a)",
+        "3R, PPR and RPR replace the flat pair",
+        "same freedoms",
+        "; ".join(
+            f"{pair}: mobility {dof}, q2 within {1e3 * off:.0e} mm"
+            for pair, (dof, off) in chains.items()
+        ),
         holds=all(dof == 2 and off < 1e-10 for dof, off in chains.values()),
-        why="the design with each chain in place of the pair, three poses")
+        why="the design with each chain in place of the pair, three poses",
+    )
     slants = []
     for t in ANGLES:
         state = at(crank, 0.4, t)
         bar = state.frame("riser").translation - state.frame("riser_r8").translation
         slants.append(float(np.linalg.norm(np.cross(bar / np.linalg.norm(bar), axes(state)[0]))))
-    table.statement("parallel", "Fig. 5", "R7R8 and R9R10 stay parallel to the axis R1",
-                    "always parallel", f"sine of the angle at most {max(slants):.0e}",
-                    holds=max(slants) < 1e-9, difference=f"{max(slants):.0e}")
-    table.drawing("fig167", "Figs 1, 2, 5, 6, 7", "drawings of pairs, mechanisms and forces",
-                  "what they define is checked through the formulas")
+    table.statement(
+        "parallel",
+        "Fig. 5",
+        "R7R8 and R9R10 stay parallel to the axis R1",
+        "always parallel",
+        f"sine of the angle at most {max(slants):.0e}",
+        holds=max(slants) < 1e-9,
+        difference=f"{max(slants):.0e}",
+    )
+    table.drawing(
+        "fig167",
+        "Figs 1, 2, 5, 6, 7",
+        "drawings of pairs, mechanisms and forces",
+        "what they define is checked through the formulas",
+    )
 
 
 def _distance_r2_r3(mechanism: pm.Mechanism, frame: str) -> float:
@@ -103,16 +147,38 @@ def _mapping(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> No
             jacobians["printed"].append(np.linalg.inv(np.diag([1.0, e * np.cos(angle)])))
             jacobians["right"].append(np.diag([1.0, e * np.cos(angle)]))
             turned = pm.inverse_jacobian(at(crank, np.deg2rad(one), t))
-            off_diagonal = max(off_diagonal, *(abs(float(j[a, b])) for j in (inverse, turned)
-                                               for a, b in ((0, 1), (1, 0))))
-    table.formula("eq1", "eq. (1)", f"q1, q2 at {len(printed)} poses", printed, model, "rad, m",
-                  tolerance=1e-10)
-    table.statement("decoupled", "section 2", "each output depends on one input alone", "decoupled",
-                    f"largest off-diagonal term {off_diagonal:.0e}, both mechanisms",
-                    holds=off_diagonal < 1e-9, difference=f"{off_diagonal:.0e}")
-    table.erratum("eq3", "eqs (2), (3)", "input rates per output rate (J⁻¹)", jacobians["printed"],
-                  jacobians["right"], jacobians["model"], tolerance=1e-9,
-                  why="(2) and (4) hold with J = diag(1, 1/(e cosθ2)); printed is its inverse")
+            off_diagonal = max(
+                off_diagonal,
+                *(abs(float(j[a, b])) for j in (inverse, turned) for a, b in ((0, 1), (1, 0))),
+            )
+    table.formula(
+        "eq1",
+        "eq. (1)",
+        f"q1, q2 at {len(printed)} poses",
+        printed,
+        model,
+        "rad, m",
+        tolerance=1e-10,
+    )
+    table.statement(
+        "decoupled",
+        "section 2",
+        "each output depends on one input alone",
+        "decoupled",
+        f"largest off-diagonal term {off_diagonal:.0e}, both mechanisms",
+        holds=off_diagonal < 1e-9,
+        difference=f"{off_diagonal:.0e}",
+    )
+    table.erratum(
+        "eq3",
+        "eqs (2), (3)",
+        "input rates per output rate (J⁻¹)",
+        jacobians["printed"],
+        jacobians["right"],
+        jacobians["model"],
+        tolerance=1e-9,
+        why="(2) and (4) hold with J = diag(1, 1/(e cosθ2)); printed is its inverse",
+    )
     printed, model = [], []
     for m in CRANKS:
         other = pm.designs.decoupled_4r(m=m)
@@ -120,25 +186,52 @@ def _mapping(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> No
             state = at(other, 0.3, t)
             printed.append(m * np.sin(state.actuators["q2"]))
             model.append(e * np.sin(state.outputs["theta2"]))
-    table.formula("eq5", "eq. (5)", "m sin q2 = e sin θ2 for m = 80 and 120 mm",
-                  1e3 * np.array(printed), 1e3 * np.array(model), "mm", tolerance=1e-7)
+    table.formula(
+        "eq5",
+        "eq. (5)",
+        "m sin q2 = e sin θ2 for m = 80 and 120 mm",
+        1e3 * np.array(printed),
+        1e3 * np.array(model),
+        "mm",
+        tolerance=1e-7,
+    )
     inputs, outputs, heights, rises, units = [], [], [], [], []
     for t in ANGLES:
         state = at(crank, 0.4, t)
         inputs.append(list(state.actuators.values()))
         outputs.append(list(state.outputs.values()))
         rises.append(1e3 * state.frame("coupler").translation[2])
-        heights.append([1e3 * e * np.sin(state.actuators["q2"]),
-                        1e3 * e * np.sin(state.outputs["theta2"])])
+        heights.append(
+            [1e3 * e * np.sin(state.actuators["q2"]), 1e3 * e * np.sin(state.outputs["theta2"])]
+        )
         units.append(pm.inverse_jacobian(state))
-    table.formula("eq6", "eq. (6)", "q1 = θ1, q2 = θ2 for m = e", np.rad2deg(outputs),
-                  np.rad2deg(inputs), "deg", tolerance=1e-6)
-    table.formula("eq7", "eq. (7)", "height z of the flat pair, from q2 and from θ2", heights,
-                  np.column_stack([rises, rises]), "mm", tolerance=1e-6)
-    table.formula("identity", "after (6)", f"J for m = e, |θ2| ≤ {max(ANGLES):g} deg",
-                  np.tile(np.eye(2), (len(ANGLES), 1, 1)), units, tolerance=1e-6,
-                  why="the closure loses its grip as the parallelogram flattens, so the last "
-                  "digits fade")
+    table.formula(
+        "eq6",
+        "eq. (6)",
+        "q1 = θ1, q2 = θ2 for m = e",
+        np.rad2deg(outputs),
+        np.rad2deg(inputs),
+        "deg",
+        tolerance=1e-6,
+    )
+    table.formula(
+        "eq7",
+        "eq. (7)",
+        "height z of the flat pair, from q2 and from θ2",
+        heights,
+        np.column_stack([rises, rises]),
+        "mm",
+        tolerance=1e-6,
+    )
+    table.formula(
+        "identity",
+        "after (6)",
+        f"J for m = e, |θ2| ≤ {max(ANGLES):g} deg",
+        np.tile(np.eye(2), (len(ANGLES), 1, 1)),
+        units,
+        tolerance=1e-6,
+        why="the closure loses its grip as the parallelogram flattens, so the last digits fade",
+    )
     _flat(table, slider, crank)
 
 
@@ -154,65 +247,27 @@ def _flat(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> None:
     state = flat_state(crank)
     found, dof = pm.singularity(state), pm.mobility(state).dof
     table.statement(
-        "flat", "after (6)", "J is the identity, so nothing is singular up to ±90 deg", "J = I",
+        "flat",
+        "after (6)",
+        "J is the identity, so nothing is singular up to ±90 deg",
+        "J = I",
         f"at q2 = θ2 = 90 deg: {', '.join(sorted(found.kinds))}; {dof} freedoms",
-        holds=not found.kinds, corrected="type2" in found.kinds,
-        why="the parallelogram is flat there: the identity hides a true singularity")
+        holds=not found.kinds,
+        corrected="type2" in found.kinds,
+        why="the parallelogram is flat there: the identity hides a true singularity",
+    )
     other = pm.inverse(slider, [0.3, np.deg2rad(140.0)])
     twin = at(slider, 0.3, 40.0)
-    same = other.success and abs(
-        other.unwrap().actuators["q2"] - twin.actuators["q2"]) < 1e-9
+    same = other.success and abs(other.unwrap().actuators["q2"] - twin.actuators["q2"]) < 1e-9
     table.statement(
-        "onetoone", "title", "one output for each input", "one-to-one",
+        "onetoone",
+        "title",
+        "one output for each input",
+        "one-to-one",
         "a second assembly, θ2 → 180 deg - θ2, closes at the same inputs"
-        if same else "no second assembly found",
-        holds=same, assumption="|θ2| < 90 deg, the assembly of home",
-        why="both closed states of the mechanism of Figure 2 at θ2 = 40 and 140 deg")
-
-
-def _workspace(table: PaperTable, crank: pm.Mechanism) -> None:
-    slip_z, slip_turn = 0.0, 0.0
-    for t in (-70.0, -20.0, 35.0, 80.0):
-        points = [at(crank, np.deg2rad(one), t).frame("platform_r3").translation
-                  for one in (-80.0, 0.0, 80.0)]
-        slip_z = max(slip_z, float(np.ptp([p[2] for p in points])))
-    for one in (-80.0, 15.0, 80.0):
-        points = [at(crank, np.deg2rad(one), t).frame("platform_r3").translation
-                  for t in (-70.0, 10.0, 70.0)]
-        slip_turn = max(slip_turn, float(np.ptp([np.arctan2(p[1], p[0]) for p in points])))
-    table.statement(
-        "latitude", "Fig. 8", "P draws latitude lines with θ1, longitude lines with θ2",
-        "latitude and longitude", f"height within {1e3 * slip_z:.0e} mm, azimuth within "
-        f"{slip_turn:.0e} rad", holds=slip_z < 1e-10 and slip_turn < 1e-9,
-        assumption="P lies on the line o R3: the paper does not say where it is",
-        figure="decoupled_fig8.png")
-    gamma = np.arcsin(decoupled_statics.RADII[0] / 0.1)
-    share = hemisphere(crank, 0.5 * np.pi - float(gamma))
-    table.statement(
-        "hemisphere", "conclusions", "workspace for θ1 within ±90 deg", "approximately a "
-        "hemisphere", f"{share:.5f} of a hemisphere", holds=abs(share - 1.0) < 0.01,
-        assumption=f"friction radius ρ = {1e3 * decoupled_statics.RADII[0]:g} mm, P as above; no "
-        "number is printed")
-    for name, (one, two), printed in zip("abc", FIGURE_9,
-                                         (("0", "60"), ("90", "-45"), ("-90", "45")),
-                                         strict=True):
-        state = at(crank, np.pi * one, 180.0 * two)
-        table.number(
-            f"fig9{name}", "Fig. 9", f"inputs q1, q2 of configuration ({name})", printed,
-            np.rad2deg(list(state.actuators.values())), "deg", tolerance=1e-6,
-            why=f"by (6) the printed (θ1, θ2) themselves; loops closed to {state.residual:.0e}",
-            figure="decoupled_fig9.png")
-
-
-def hemisphere(crank: pm.Mechanism, reach: float, count: int = 9) -> float:
-    """Area that P sweeps with theta1 within ±90 deg and |theta2| up to ``reach`` [rad], in
-    hemispheres: Gauss quadrature of the area element from the model's Jacobian."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    total = 0.0
-    for node, weight in zip(nodes, weights, strict=True):
-        state = at(crank, 0.2, np.rad2deg(reach * node))
-        point = state.frame("platform_r3").translation
-        turning = pm.frame_jacobian(state, "platform")[3:]
-        element = np.cross(np.cross(turning[:, 0], point), np.cross(turning[:, 1], point))
-        total += weight * reach * np.pi * float(np.linalg.norm(element) / (point @ point))
-    return total / (2.0 * np.pi)
+        if same
+        else "no second assembly found",
+        holds=same,
+        assumption="|θ2| < 90 deg, the assembly of home",
+        why="both closed states of the mechanism of Figure 2 at θ2 = 40 and 140 deg",
+    )

@@ -42,8 +42,9 @@ def _figure4(folder: Path, curves: Curves, states: list[pm.ClosedState]) -> Path
     for state in states:
         a, b = np.rad2deg([state.outputs["alpha"], state.outputs["beta"]])
         ax.plot(a, b, "o", color="black", markersize=5)
-        ax.annotate(f"({a:.2f}°, {b:.2f}°)", (a, b), (10, 8 if b > 20 else -14),
-                    textcoords="offset points")
+        ax.annotate(
+            f"({a:.2f}°, {b:.2f}°)", (a, b), (10, 8 if b > 20 else -14), textcoords="offset points"
+        )
     tidy(ax, "α [deg]", "β [deg]", "Figure 4: where each arm closes; both do at the dots")
     ax.set_xlim(-125, 125)
     ax.set_ylim(-130, 115)
@@ -97,8 +98,9 @@ def _figures6and7(folder: Path, mechanism: pm.Mechanism) -> list[Path]:
         a = pm.acceleration(state, [SWEEP_RATE, SWEEP_RATE], [0.0, 0.0])
         rates.append(np.rad2deg(mechanism.actuator_rates(v)))
         accelerations.append(np.rad2deg(mechanism.actuator_rates(a)))
-    for n, (values, label) in enumerate(((rates, "arm rate [deg/s]"),
-                                         (accelerations, "arm acceleration [deg/s²]"))):
+    for n, (values, label) in enumerate(
+        ((rates, "arm rate [deg/s]"), (accelerations, "arm acceleration [deg/s²]"))
+    ):
         ax = figure.add_subplot(1, 2, n + 1)
         for k, name in enumerate(ARMS):
             ax.plot(degrees, np.array(values)[:, k], color=COLOURS[k], label=name)
@@ -142,15 +144,28 @@ def _figure11(folder: Path, state: pm.ClosedState) -> Path:
     ax = axes3d(figure, 1, 1, 1)
     every = _skeleton(ax, state)
     along = np.array([-230.0, 230.0])[:, None] * axis
-    polyline(ax, centre + along, color="black", linestyle="--", linewidth=1.2,
-             label="axis (22) through O1")
-    polyline(ax, [c, b + 1.15 * (met.point - b)], color=COLOURS[1], linestyle=":", linewidth=1.6,
-             label="line C2B2")
+    polyline(
+        ax,
+        centre + along,
+        color="black",
+        linestyle="--",
+        linewidth=1.2,
+        label="axis (22) through O1",
+    )
+    polyline(
+        ax,
+        [c, b + 1.15 * (met.point - b)],
+        color=COLOURS[1],
+        linestyle=":",
+        linewidth=1.6,
+        label="line C2B2",
+    )
     ax.plot(*met.point[:, None], "s", color="black", label="they meet")
     equal(ax, np.vstack([every, met.point[None]]))
     ax.view_init(18, -75)
     ax.legend(frameon=False, loc="upper right")
     a, b_deg = np.rad2deg([state.outputs["alpha"], state.outputs["beta"]])
-    figure.suptitle(f"Figure 11: α = {a:.4f}°, β = {b_deg:.4f}°; distance of the lines "
-                    f"{met.distance:.0e} mm")
+    figure.suptitle(
+        f"Figure 11: α = {a:.4f}°, β = {b_deg:.4f}°; distance of the lines {met.distance:.0e} mm"
+    )
     return save(figure, folder, "antenna_fig11.png")

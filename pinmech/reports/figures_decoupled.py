@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 import pinmech as pm
-from pinmech.reports.decoupled import FIGURE_9
 from pinmech.reports.decoupled_model import at
 from pinmech.reports.decoupled_statics import CURVE, RADII, forces
+from pinmech.reports.decoupled_workspace import FIGURE_9
 from pinmech.reports.figures import (
     COLOURS,
     Array,
@@ -59,8 +59,9 @@ def _figure8(folder: Path, crank: pm.Mechanism) -> Path:
         polyline(ax, row, color=COLOURS[0], linewidth=1.0)
         every.append(row)
     for one in np.linspace(-90.0, 90.0, 9):
-        polyline(ax, _places(crank, np.full_like(tilts, one), tilts), color=COLOURS[1],
-                 linewidth=1.0)
+        polyline(
+            ax, _places(crank, np.full_like(tilts, one), tilts), color=COLOURS[1], linewidth=1.0
+        )
     ax.plot([], [], color=COLOURS[0], label="θ1 alone: latitude")
     ax.plot([], [], color=COLOURS[1], label="θ2 alone: longitude")
     ax.legend(frameon=False, loc="upper right")
@@ -83,19 +84,32 @@ def _figure9(folder: Path, crank: pm.Mechanism) -> Path:
     post = np.array([[0.0, 0.0, -80.0], [0.0, 0.0, 80.0]])
     for k, (one, two) in enumerate(FIGURE_9):
         state = at(crank, np.pi * one, 180.0 * two)
-        ax = axes3d(figure, 1, 3, k + 1,
-                    f"({'abc'[k]}) θ1 = {180 * one:g}°, θ2 = {180 * two:g}°")
+        ax = axes3d(figure, 1, 3, k + 1, f"({'abc'[k]}) θ1 = {180 * one:g}°, θ2 = {180 * two:g}°")
         p = {name: state.frame(name).translation * 1e3 for name in crank.frames}
         z2 = state.platform.rotation @ np.array([0.0, 60.0, 0.0])
         polyline(ax, post, color="0.4", linewidth=2, label="axis R1")
         polyline(ax, [-z2, z2], color=COLOURS[3], linewidth=2, label="axis z2")
-        polyline(ax, [p["platform"], p["platform_r3"]], color="black", linewidth=3,
-                 label="platform o R3")
-        polyline(ax, [p["coupler"], p["link54"], p["link65"]], color=COLOURS[0], marker="o",
-                 markersize=4, linewidth=2, label="R4 R5 R6")
-        polyline(ax, [p["crank"], p["riser"], p["riser_r8"], p["follower"], p["crank"]],
-                 color=COLOURS[1], marker="o", markersize=4, linewidth=2,
-                 label="R9 R7 R8 R10")
+        polyline(
+            ax, [p["platform"], p["platform_r3"]], color="black", linewidth=3, label="platform o R3"
+        )
+        polyline(
+            ax,
+            [p["coupler"], p["link54"], p["link65"]],
+            color=COLOURS[0],
+            marker="o",
+            markersize=4,
+            linewidth=2,
+            label="R4 R5 R6",
+        )
+        polyline(
+            ax,
+            [p["crank"], p["riser"], p["riser_r8"], p["follower"], p["crank"]],
+            color=COLOURS[1],
+            marker="o",
+            markersize=4,
+            linewidth=2,
+            label="R9 R7 R8 R10",
+        )
         equal(ax, np.vstack([*p.values(), -z2, z2, post]), zoom=0.85)
         ax.view_init(22, -60)
         if k == 0:

@@ -21,8 +21,7 @@ def draw(folder: Path) -> list[Path]:
     """Write the figures of the gimbal's paper into a folder."""
     mechanism = pm.load("gpr_3ps")
     share = np.linspace(0.0, 1.0, 121)
-    states = [staggered(mechanism, SWING * np.sin(2 * np.pi * t), HEIGHT + RISE * t)
-              for t in share]
+    states = [staggered(mechanism, SWING * np.sin(2 * np.pi * t), HEIGHT + RISE * t) for t in share]
     level = share[np.abs(np.sin(2 * np.pi * share)) < 1e-9]
     return [
         _figure4(folder, share, states, level),
@@ -77,13 +76,16 @@ def _figure6(folder: Path, share: Array, states: list[pm.ClosedState]) -> Path:
     figure = new_figure(9.0, 3.8)
     for k, name in enumerate("yx"):
         ax = figure.add_subplot(1, 2, k + 1)
-        for n, (key, label, style) in enumerate((
-            (name, f"‖d{name.upper()}‖", "-"),
-            (f"printed {name}", "lower bound as printed", "--"),
-            (f"corrected {name}", "corrected lower bound", ":"),
-        )):
-            ax.semilogy(share, [max(f[key], 1e-9) for f in found], style, color=COLOURS[n],
-                        label=label)
+        for n, (key, label, style) in enumerate(
+            (
+                (name, f"‖d{name.upper()}‖", "-"),
+                (f"printed {name}", "lower bound as printed", "--"),
+                (f"corrected {name}", "corrected lower bound", ":"),
+            )
+        ):
+            ax.semilogy(
+                share, [max(f[key], 1e-9) for f in found], style, color=COLOURS[n], label=label
+            )
         ax.legend(frameon=False, loc="upper right")
         ax.set_ylim(1e-5, 1e2)
         tidy(ax, "share of the motion", f"‖d{name.upper()}‖ [mm]", f"({'ab'[k]})")
@@ -103,7 +105,11 @@ def _figure7(folder: Path, mechanism: pm.Mechanism) -> Path:
             ax.axhline(value, color="black", linestyle=":", linewidth=1.0)
         ax.set_ylim(-36, 45)
         ax.legend(frameon=False, loc="upper center", ncols=3)
-        tidy(ax, f"{name} [deg]", "deviation of the centre [µm]",
-             f"({'ab'[axis]}) turning about e{axis + 1}")
+        tidy(
+            ax,
+            f"{name} [deg]",
+            "deviation of the centre [µm]",
+            f"({'ab'[axis]}) turning about e{axis + 1}",
+        )
     figure.suptitle("Figure 7: deviation of the platform's centre; dotted: ±30 µm")
     return save(figure, folder, "gpr_fig7.png")

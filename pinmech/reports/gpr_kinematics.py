@@ -6,7 +6,7 @@ import numpy as np
 
 import pinmech as pm
 from pinmech.reports.gpr_model import PAIRS, TILTED, arms, at, rates, rod_tips, rods, spans, y_by_x
-from pinmech.reports.verdict import PaperTable
+from pinmech.reports.papertable import PaperTable
 
 Array = np.ndarray
 
@@ -49,11 +49,20 @@ def rods_12(state: pm.ClosedState) -> Array:
 def add(table: PaperTable, mechanism: pm.Mechanism) -> None:
     """Add the accuracy, direct and inverse kinematics sections."""
     states = [at(mechanism, pose) for pose in TILTED]
-    lines = [[x[a] ** 2 + x[b] ** 2 + x[a] * x[b] - y[row] ** 2
-              for row, (a, b) in enumerate(PAIRS)]
-             for x, y in ((arms(s), spans(rod_tips(s))) for s in states)]
-    table.formula("eq8", "eqs (7), (8)", "F(X, Y) at four tilts", np.zeros((len(states), 3)), lines,
-                  "mm²", tolerance=1e-6, why="law of cosines at 120 deg")
+    lines = [
+        [x[a] ** 2 + x[b] ** 2 + x[a] * x[b] - y[row] ** 2 for row, (a, b) in enumerate(PAIRS)]
+        for x, y in ((arms(s), spans(rod_tips(s))) for s in states)
+    ]
+    table.formula(
+        "eq8",
+        "eqs (7), (8)",
+        "F(X, Y) at four tilts",
+        np.zeros((len(states), 3)),
+        lines,
+        "mm²",
+        tolerance=1e-6,
+        why="law of cosines at 120 deg",
+    )
     nine, ten, moved_x, moved_y = [], [], [], []
     for state in states:
         x, y, moved = arms(state), spans(rod_tips(state)), rates(state)
@@ -63,19 +72,54 @@ def add(table: PaperTable, mechanism: pm.Mechanism) -> None:
         ten.append(-np.linalg.solve(by_y, by_x) @ moved.x)
         moved_x.append(moved.x)
         moved_y.append(moved.y)
-    table.erratum("eq9", "eq. (9)", "rates of X from those of Y, four tilts", None, nine, moved_x,
-                  "mm/rad", tolerance=1e-4,
-                  why="the last member lacks the factor dY/dt; with it the formula holds")
-    table.formula("eq10", "eq. (10)", "rates of Y from those of X, four tilts", ten, moved_y,
-                  "mm/rad", tolerance=1e-4, why="the model's by differences of closed states")
-    table.formula("eq11", "eq. (11)", "centre of the platform, four tilts",
-                  [centre_11(s) for s in states], [1e3 * s.platform.translation for s in states],
-                  "mm", tolerance=1e-8)
-    table.misprint("rp3p1", "section 5", "r_P3P1", "r3 - r1", "r1 - r3",
-                   "only its length is used, which is the same")
-    table.formula("eq12", "eq. (12)", "rod heights, four tilts", [rods_12(s) for s in states],
-                  [rods(s) for s in states], "mm", tolerance=1e-8,
-                  why="normal turned about e1 by α, then about e2 by β, both fixed axes")
+    table.erratum(
+        "eq9",
+        "eq. (9)",
+        "rates of X from those of Y, four tilts",
+        None,
+        nine,
+        moved_x,
+        "mm/rad",
+        tolerance=1e-4,
+        why="the last member lacks the factor dY/dt; with it the formula holds",
+    )
+    table.formula(
+        "eq10",
+        "eq. (10)",
+        "rates of Y from those of X, four tilts",
+        ten,
+        moved_y,
+        "mm/rad",
+        tolerance=1e-4,
+        why="the model's by differences of closed states",
+    )
+    table.formula(
+        "eq11",
+        "eq. (11)",
+        "centre of the platform, four tilts",
+        [centre_11(s) for s in states],
+        [1e3 * s.platform.translation for s in states],
+        "mm",
+        tolerance=1e-8,
+    )
+    table.misprint(
+        "rp3p1",
+        "section 5",
+        "r_P3P1",
+        "r3 - r1",
+        "r1 - r3",
+        "only its length is used, which is the same",
+    )
+    table.formula(
+        "eq12",
+        "eq. (12)",
+        "rod heights, four tilts",
+        [rods_12(s) for s in states],
+        [rods(s) for s in states],
+        "mm",
+        tolerance=1e-8,
+        why="normal turned about e1 by α, then about e2 by β, both fixed axes",
+    )
     counts = []
     radius = float(arms(mechanism.home).mean())
     off = 0.0
@@ -84,21 +128,38 @@ def add(table: PaperTable, mechanism: pm.Mechanism) -> None:
         counts.append(count)
         off = max(off, float(np.abs(x - arms(state)).max()))
     table.statement(
-        "newton", "section 5", "iterations for X from Y", "2 to 3",
+        "newton",
+        "section 5",
+        "iterations for X from Y",
+        "2 to 3",
         f"{min(counts)} to {max(counts)} until Y is met to 1 nm, X then within {off:.0e} mm",
         holds=min(counts) >= 1 and max(counts) <= 3 and off < 1e-5,
-        why="tilts from 1.7 to 9 deg")
+        why="tilts from 1.7 to 9 deg",
+    )
     trips = []
     for state in states:
         back = pm.forward(mechanism, dict(state.actuators)).unwrap()
-        trips.append(np.abs(np.array(list(back.outputs.values()))
-                            - np.array(list(state.outputs.values()))).max())
+        trips.append(
+            np.abs(
+                np.array(list(back.outputs.values())) - np.array(list(state.outputs.values()))
+            ).max()
+        )
     table.statement(
-        "roundtrip", "sections 5, 6", "inverse, then direct kinematics", "inverse of each other",
-        f"back within {max(trips):.0e} (m, rad), four tilts", holds=max(trips) < 1e-9,
-        difference=f"{max(trips):.0e}")
+        "roundtrip",
+        "sections 5, 6",
+        "inverse, then direct kinematics",
+        "inverse of each other",
+        f"back within {max(trips):.0e} (m, rad), four tilts",
+        holds=max(trips) < 1e-9,
+        difference=f"{max(trips):.0e}",
+    )
     shifts = [float(np.hypot(*(1e6 * s.platform.translation[:2]))) for s in states]
     table.statement(
-        "shift", "section 6", "the centre shifts sideways when the platform tilts", "slightly",
-        ", ".join(f"{x:.0f}" for x in shifts) + " µm at the four tilts", holds=min(shifts) > 0.1,
-        assumption="the radius R (98.5 mm)")
+        "shift",
+        "section 6",
+        "the centre shifts sideways when the platform tilts",
+        "slightly",
+        ", ".join(f"{x:.0f}" for x in shifts) + " µm at the four tilts",
+        holds=min(shifts) > 0.1,
+        assumption="the radius R (98.5 mm)",
+    )

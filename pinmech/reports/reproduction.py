@@ -10,8 +10,9 @@ from pinmech.reports import tables
 from pinmech.reports.antenna import antenna_table
 from pinmech.reports.decoupled import decoupled_table
 from pinmech.reports.gpr import gpr_table
+from pinmech.reports.papertable import PaperTable
 from pinmech.reports.spherical import spherical_table
-from pinmech.reports.verdict import Item, PaperTable
+from pinmech.reports.verdict import Item
 
 #: Called with (parts done, parts in all, name of the part that comes).
 Progress = Callable[[int, int, str], None]

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 import pinmech as pm
+from pinmech.reports.papertable import PaperTable
 from pinmech.reports.spherical_model import in_range, index, phi, state_at
-from pinmech.reports.verdict import PaperTable
 
 Array = np.ndarray
 
@@ -94,14 +94,19 @@ def add(table: PaperTable, mechanism: pm.Mechanism) -> None:
     run = experiment(mechanism)
     moving = float(np.abs(np.diff(run.turned)).min())
     table.statement(
-        "fig10", "Fig. 10", "equal steps of 6 deg turn the platform about the laser's axis "
-        "(-1, -1, -1); its spot stands still", "the spot does not move",
+        "fig10",
+        "Fig. 10",
+        "equal steps of 6 deg turn the platform about the laser's axis "
+        "(-1, -1, -1); its spot stands still",
+        "the spot does not move",
         f"spot at 1 m moves at most {run.spot.max():.0e} m over {len(run.steps)} frames; the "
         f"platform turns by {moving:.2f} to {np.abs(np.diff(run.turned)).max():.2f} deg a step",
         holds=run.spot.max() < 1e-9 and run.off_axis.max() < 1e-9 and moving > 1.0,
         difference=f"{run.spot.max():.0e} m",
-        assumption="\"initial inputs 0\" are counted from home (φ_i = -90 deg); by (12), φ_i = 0 "
-        "is a flat parallelogram", figure="spherical_fig10.png")
+        assumption='"initial inputs 0" are counted from home (φ_i = -90 deg); by (12), φ_i = 0 '
+        "is a flat parallelogram",
+        figure="spherical_fig10.png",
+    )
 
 
 def _manipulability(table: PaperTable, found: list[Panel]) -> None:
@@ -109,10 +114,15 @@ def _manipulability(table: PaperTable, found: list[Panel]) -> None:
     allowed = max(float(np.nanmax(np.where(p.inside, p.value, np.nan))) for p in found)
     share = float(np.mean([p.inside.mean() for p in found]))
     table.number(
-        "fig8.range", "Fig. 8, eqs (22), (23)", "least and largest |det J⁻¹| over the six panels",
-        ("0.8", "1.55"), (least, most), tolerance=0.05,
+        "fig8.range",
+        "Fig. 8, eqs (22), (23)",
+        "least and largest |det J⁻¹| over the six panels",
+        ("0.8", "1.55"),
+        (least, most),
+        tolerance=0.05,
         assumption="both numbers are called approximate: read as ±0.05, and the grid as 5 deg",
-        figure="spherical_fig8.png")
+        figure="spherical_fig8.png",
+    )
     where = []
     near = True
     for panel in found:
@@ -124,24 +134,41 @@ def _manipulability(table: PaperTable, found: list[Panel]) -> None:
         wanted = [(80.0, 80.0)] if panel.s3 < 30.0 else [(0.0, 80.0), (80.0, 0.0)]
         near &= min(max(abs(peak[0] - a), abs(peak[1] - b)) for a, b in wanted) <= 5.0
     table.statement(
-        "fig8.where", "Fig. 8", "where |det J⁻¹| is largest",
+        "fig8.where",
+        "Fig. 8",
+        "where |det J⁻¹| is largest",
         "s1 = s2 = 80 deg for s3 below about 30, (0, 80) and (80, 0) deg above",
-        "; ".join(where) + " deg", holds=bool(near), assumption="\"80\" read as ±5 deg, the grid",
-        why="at s3 = 30 deg the two kinds of maxima change places")
+        "; ".join(where) + " deg",
+        holds=bool(near),
+        assumption='"80" read as ±5 deg, the grid',
+        why="at s3 = 30 deg the two kinds of maxima change places",
+    )
     table.statement(
-        "fig8.range2", "Fig. 8", "the panels lie where the parallelograms are not flat",
+        "fig8.range2",
+        "Fig. 8",
+        "the panels lie where the parallelograms are not flat",
         "crank angles kept in (0, 180) deg",
         f"{100 * share:.0f} % of the grid does; the largest index there is {allowed:.3f}",
-        holds=share > 0.999, corrected=allowed < most - 0.05,
+        holds=share > 0.999,
+        corrected=allowed < most - 0.05,
         why="beyond, a crank has passed its flat position, which the text rules out: the maxima "
         "named above cannot be reached from home; the index there is that of closed states put "
-        "together beyond it")
-    bad = [(float(GRID[i]), float(GRID[j]), p.s3, float(p.value[i, j])) for p in found
-           for i, j in np.argwhere(~np.isfinite(p.condition) | (p.condition > 1e6))]
+        "together beyond it",
+    )
+    bad = [
+        (float(GRID[i]), float(GRID[j]), p.s3, float(p.value[i, j]))
+        for p in found
+        for i, j in np.argwhere(~np.isfinite(p.condition) | (p.condition > 1e6))
+    ]
     beside = max(float(p.condition[np.isfinite(p.condition)].max()) for p in found)
     table.statement(
-        "fig8.nosing", "after (23)", "singular poses within the panels", "none",
+        "fig8.nosing",
+        "after (23)",
+        "singular poses within the panels",
+        "none",
         ", ".join(f"s = ({a:g}, {b:g}, {c:g}) deg" for a, b, c, _ in bad),
-        holds=not bad, corrected=len(bad) > 0,
+        holds=not bad,
+        corrected=len(bad) > 0,
         why="corners of the first panel: w2 = -u2 at (90, 0, 0), w3 = -u3 at (0, 90, 0); |det J⁻¹| "
-        f"tends to 1 there and is blind to it; the condition number beside reaches {beside:.0f}")
+        f"tends to 1 there and is blind to it; the condition number beside reaches {beside:.0f}",
+    )

@@ -53,8 +53,13 @@ def state_at(
         v = np.sin(crank) * p - np.cos(crank) * side
         level = np.cos(crank) * p + np.sin(crank) * side
         tilt = float(np.arctan2(w @ np.cross(v, level), w @ level))
-        for joint, value in ((f"crank{limb}", crank), (f"b{limb}", crank), (f"d{limb}", -crank),
-                             (f"u{limb}_1", crank), (f"u{limb}_2", tilt)):
+        for joint, value in (
+            (f"crank{limb}", crank),
+            (f"b{limb}", crank),
+            (f"d{limb}", -crank),
+            (f"u{limb}_1", crank),
+            (f"u{limb}_2", tilt),
+        ):
             q[index(joint)] = value
         if limb == 1:
             arm = pin.exp3(v * tilt) @ pin.exp3(u * crank)
@@ -89,11 +94,13 @@ def printed_inverse_jacobian(w: Array, angles: Array) -> Array:
     n1 = w[0, 1] * s[0] - w[0, 2] * c[0]
     n2 = w[1, 2] * s[1] - w[1, 0] * c[1]
     n3 = w[2, 0] * s[2] - w[2, 1] * c[2]
-    return np.array([
-        [1.0, -w[0, 0] * s[0] / n1, w[0, 0] * c[0] / n1],
-        [w[1, 1] * c[1] / n2, 1.0, -w[1, 1] * s[1] / n2],
-        [-w[2, 2] * s[2] / n3, w[2, 2] * c[2] / n3, 1.0],
-    ])
+    return np.array(
+        [
+            [1.0, -w[0, 0] * s[0] / n1, w[0, 0] * c[0] / n1],
+            [w[1, 1] * c[1] / n2, 1.0, -w[1, 1] * s[1] / n2],
+            [-w[2, 2] * s[2] / n3, w[2, 2] * c[2] / n3, 1.0],
+        ]
+    )
 
 
 def index(state: pm.ClosedState) -> tuple[float, float]:

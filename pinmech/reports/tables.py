@@ -7,16 +7,35 @@ import io
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from pinmech.reports.verdict import MEANING, VERDICTS, Item, PaperTable
+from pinmech.reports.papertable import PaperTable
+from pinmech.reports.verdict import MEANING, VERDICTS, Item
 
-COLUMNS = ("id", "place", "what", "published", "URDF model", "difference", "verdict", "why",
-           "figure")
+COLUMNS = (
+    "id",
+    "place",
+    "what",
+    "published",
+    "URDF model",
+    "difference",
+    "verdict",
+    "why",
+    "figure",
+)
 
 
 def row(item: Item) -> tuple[str, ...]:
     """The cells of an item, in the order of :data:`COLUMNS`."""
-    return (item.id, item.place, item.what, item.published, item.value, item.difference,
-            item.verdict, item.why, item.figure)
+    return (
+        item.id,
+        item.place,
+        item.what,
+        item.published,
+        item.value,
+        item.difference,
+        item.verdict,
+        item.why,
+        item.figure,
+    )
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -55,11 +74,20 @@ def table_markdown(table: PaperTable) -> str:
     lines = [f"# {table.title}", "", f"{table.source}", ""]
     lines += [f"Mechanisms: {', '.join(f'`{name}`' for name in table.mechanisms)}.", ""]
     lines += [_counted(table.items), ""]
-    lines += ["| where | what | published | URDF model | difference | verdict | why |",
-              "|---|---|---|---|---|---|---|"]
+    lines += [
+        "| where | what | published | URDF model | difference | verdict | why |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for item in table.items:
-        cells = (f"{item.place}<br>`{item.id}`", item.what, item.published, item.value,
-                 item.difference, f"**{item.verdict}**", item.why)
+        cells = (
+            f"{item.place}<br>`{item.id}`",
+            item.what,
+            item.published,
+            item.value,
+            item.difference,
+            f"**{item.verdict}**",
+            item.why,
+        )
         lines.append("| " + " | ".join(escaped(cell) for cell in cells) + " |")
     drawn: dict[str, list[Item]] = {}
     for item in table.items:
@@ -74,13 +102,17 @@ def table_markdown(table: PaperTable) -> str:
 
 def index_markdown(tables: Sequence[PaperTable]) -> str:
     """The page that names all tables and explains the verdicts."""
-    lines = ["# The published numbers, from the URDF models", "",
-             "Written by `scripts/reproduce_papers.py`. Each table holds every number, table,",
-             "figure and checkable statement of one paper: what is printed, what the URDF model",
-             "gives through pinmech's API, the difference and a verdict. The verdicts follow from",
-             "the numbers; `verdicts.csv` holds them for the regression test.", "",
-             "| paper | items | " + " | ".join(VERDICTS) + " |",
-             "|---|" + "---|" * (len(VERDICTS) + 1)]
+    lines = [
+        "# The published numbers, from the URDF models",
+        "",
+        "Written by `scripts/reproduce_papers.py`. Each table holds every number, table,",
+        "figure and checkable statement of one paper: what is printed, what the URDF model",
+        "gives through pinmech's API, the difference and a verdict. The verdicts follow from",
+        "the numbers; `verdicts.csv` holds them for the regression test.",
+        "",
+        "| paper | items | " + " | ".join(VERDICTS) + " |",
+        "|---|" + "---|" * (len(VERDICTS) + 1),
+    ]
     for table in tables:
         found = counts(table.items)
         cells = [f"[{table.title}]({table.name}.md)", str(len(table.items))]
@@ -93,9 +125,11 @@ def index_markdown(tables: Sequence[PaperTable]) -> str:
 
 def escaped(text: str) -> str:
     """Text that stays in its cell of a Markdown table."""
-    return text.replace("|", "\\|").replace("\n", " ").replace("*", "\\*") if (
-        not text.startswith("**")
-    ) else text
+    return (
+        text.replace("|", "\\|").replace("\n", " ").replace("*", "\\*")
+        if (not text.startswith("**"))
+        else text
+    )
 
 
 def _counted(items: Sequence[Item]) -> str:

@@ -108,7 +108,7 @@ def test_text_is_stable_and_free_of_noise(tree: Tree) -> None:
                 assert word == "0" or abs(value) >= 1e-12, (element.tag, key, text)
                 digits = re.sub(r"e.*|[-.]", "", word).strip("0")
                 multiple = value / (np.pi / 12)
-                assert len(digits) <= 13 or abs(multiple - round(multiple)) < 1e-15
+                assert len(digits) <= 13 or abs(multiple - round(multiple)) < 1e-14
 
 
 def test_committed_files_are_current() -> None:

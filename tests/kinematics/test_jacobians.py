@@ -16,6 +16,7 @@ from . import platforms
 from .differences import along, close_to, displaced, first, moved, second, twist
 from .platforms import HOME, Legs
 from .sampling import ARMS, DIMENSIONS, angles, cranks, reachable, transmission
+from .test_published import locus
 
 STEP = 4e-4
 
@@ -299,29 +300,12 @@ def test_type_2_is_refused(antenna: pm.Mechanism, antenna_s: pm.Mechanism) -> No
     with pytest.raises(SingularError, match="type 2 singularity: with arm1, arm2, arm3") as caught:
         pm.forward_jacobian(antenna_s.home)
     assert caught.value.kind == "type2"
-    beta = _locus(0.4)
+    beta = locus(0.4)
     state = pm.inverse(antenna, (0.4, beta)).unwrap()
     with pytest.raises(SingularError, match="with arm1, arm2 held"):
         pm.forward_jacobian(state, drive="12")
     for drive in ("13", "23", "123"):
         assert np.isfinite(pm.forward_jacobian(state, drive=drive)).all()
-
-
-def _locus(alpha: float) -> float:
-    """beta < 0 where drive 12 is singular, by bisection on the oracle's determinant."""
-
-    def value(beta: float) -> float:
-        theta = cranks(oracle.TABLE1, np.array([alpha, beta]))[0]
-        return float(
-            oracle.pair_determinant(oracle.jacobians(oracle.TABLE1, alpha, beta, theta), 0, 1)
-        )
-
-    low, high = -0.15, -0.35
-    assert value(low) * value(high) < 0
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if value(middle) * value(low) > 0 else (low, middle)
-    return 0.5 * (low + high)
 
 
 def test_malformed_arguments(antenna: pm.Mechanism) -> None:
