@@ -16,7 +16,7 @@ from pinmech.errors import UnknownNameError
 from pinmech.kinematics.arguments import closed
 from pinmech.kinematics.motion import Motions, split_motions
 from pinmech.kinematics.scaling import RANK, scaled_closure_jacobian, velocity_scale
-from pinmech.kinematics.solver import Problem, newton
+from pinmech.kinematics.solver import Problem, minimise, newton
 from pinmech.kinematics.state import ClosedState, close
 from pinmech.mechanism.closures import ClosureSystem, relative_placement, row_wrenches
 from pinmech.mechanism.mechanism import Mechanism
@@ -25,8 +25,10 @@ Array = np.ndarray
 
 #: Finite motions are tried with this step [rad, or in characteristic lengths] ...
 _STEP = 0.03
-#: ... and count when at least this part of the step remains once the loops are closed again.
+#: ... and count when the step is at least this part of the way to the point that was found.
 _KEPT = 0.1
+#: So many random directions are tried before the rest of the motions count as not going on.
+_TRIES = 12
 
 
 @dataclass(frozen=True)
@@ -135,33 +137,64 @@ def _coordinates(mechanism: Mechanism, names: Sequence[str]) -> set[int]:
     return found
 
 
+class _Along(Problem):
+    """The closures, and one more equation: so far along a direction of the null space."""
+
+    def __init__(
+        self, mechanism: Mechanism, free: Array, q: Array, direction: Array, step: float
+    ) -> None:
+        super().__init__(mechanism, free)
+        # A displacement of q [rad, m] times this is how far along, in metres.
+        self._row = mechanism.length * direction / velocity_scale(mechanism)
+        self._start, self._goal = q, mechanism.length * step
+
+    def residual(self, system: ClosureSystem, q: Array) -> Array:
+        """The closure residual, then how much of the step is missing [m]."""
+        closures = super().residual(system, q)
+        return np.append(closures, self._row @ (q - self._start) - self._goal)
+
+    def matrix(self, system: ClosureSystem) -> Array:
+        """Its derivative."""
+        return np.vstack([super().matrix(system), self._row[self.free]])
+
+
 def _finite(
     mechanism: Mechanism, system: ClosureSystem, q: Array, free: Array, found: Motions
 ) -> int:
-    """How many of the feasible motions go on: walks a small step along random ones, closes the
-    loops again and sees which part of the step has survived.
+    """How many of the feasible motions go on.
 
-    Where branches of motion cross, the surviving steps span more than one branch; so the mobility
-    at the points that were reached bounds the answer.
+    Searches for closed points a small step away along directions in which nothing has been found
+    yet, until there is none left. Where branches of motion cross, the points found span more than
+    one branch; so the mobility at the points bounds the answer.
     """
     count = found.basis.shape[1]
-    if count == 0:
-        return 0
     scale = velocity_scale(mechanism)
-    problem = Problem(mechanism, free)
     rng = np.random.default_rng(0)
-    kept, mobilities = [], []
-    for k in range(3 * count + 3):
-        # The basis vectors first, both ways round, then random mixtures.
-        mix = np.eye(count)[k // 2] * (-1.0) ** k if k < 2 * count else rng.normal(size=count)
-        mix /= np.linalg.norm(mix)
-        ahead = q + _STEP * scale * (found.basis @ mix)
-        run = newton(problem, system, ahead, iterations=80)
-        if not run.converged or close(mechanism, ahead, system.data)[0] is None:
-            continue
-        kept.append(found.basis.T @ ((ahead - q) / scale) / _STEP)
-        mobilities.append(split_motions(mechanism, system, free).basis.shape[1])
-    if not kept:
-        return 0
-    strengths = np.linalg.svd(np.array(kept), compute_uv=False)
-    return min(int((strengths > _KEPT).sum()), max(mobilities))
+    kept: list[Array] = []
+    mobilities = [0]
+    while len(kept) < count:
+        # What is left: the motions square to those found.
+        left = np.linalg.qr(np.array(kept).T, mode="complete")[0][:, len(kept) :] if kept else None
+        left = np.eye(count) if left is None else left
+        tries = [sign * column for column in left.T for sign in (1.0, -1.0)]
+        tries += list((rng.normal(size=(_TRIES, left.shape[1]))) @ left.T)
+        for mix in tries:
+            mix = mix / np.linalg.norm(mix)
+            direction = found.basis @ mix
+            problem = _Along(mechanism, free, q, direction, _STEP)
+            ahead = q + _STEP * scale * direction
+            if not newton(problem, system, ahead, iterations=15).converged:
+                ahead = q + _STEP * scale * direction
+                minimise(problem, system, ahead, iterations=40)
+                if not newton(problem, system, ahead, iterations=15).converged:
+                    continue
+            moved = (ahead - q) / scale
+            size = float(np.linalg.norm(moved))
+            if size > _STEP / _KEPT or close(mechanism, ahead, system.data)[0] is None:
+                continue
+            kept.append(found.basis.T @ moved / size)
+            mobilities.append(split_motions(mechanism, system, free).basis.shape[1])
+            break
+        else:
+            break
+    return min(len(kept), max(mobilities))

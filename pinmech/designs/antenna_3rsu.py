@@ -19,11 +19,21 @@ from dataclasses import dataclass
 from typing import Any
 
 from pinmech.designs.parts import (
-    ALUMINIUM,
-    ORIGIN,
     Design,
     Drive,
     Passive,
+    fixed_joint,
+    frame_link,
+    make_joint,
+    make_link,
+    not_negative,
+    number,
+    positive,
+    urdf_text,
+)
+from pinmech.designs.solids import (
+    ALUMINIUM,
+    ORIGIN,
     Solid,
     X,
     Y,
@@ -33,18 +43,10 @@ from pinmech.designs.parts import (
     cross_block,
     cylinder,
     dish,
-    fixed_joint,
-    frame_link,
-    make_joint,
-    make_link,
-    not_negative,
-    number,
     pin,
     placement,
-    positive,
     rotation,
     sphere,
-    urdf_text,
 )
 from pinmech.errors import InputError
 

@@ -15,20 +15,22 @@ from collections.abc import Sequence
 from typing import Any
 
 from pinmech.designs.parts import (
-    ORIGIN,
-    Array,
     Drive,
     Passive,
+    fixed_joint,
+    frame_link,
+    make_joint,
+    make_link,
+)
+from pinmech.designs.solids import (
+    ORIGIN,
+    Array,
     Solid,
     Y,
     Z,
     bar,
     box,
     cylinder,
-    fixed_joint,
-    frame_link,
-    make_joint,
-    make_link,
     pin,
     placement,
     rotation,

@@ -19,26 +19,28 @@ from typing import Any
 
 from pinmech.designs import decoupled
 from pinmech.designs.parts import (
-    ALUMINIUM,
-    ORIGIN,
     Design,
     Drive,
     Passive,
+    fixed_joint,
+    frame_link,
+    make_joint,
+    make_link,
+    not_negative,
+    positive,
+    urdf_text,
+)
+from pinmech.designs.solids import (
+    ALUMINIUM,
+    ORIGIN,
     Solid,
     Y,
     Z,
     bar,
     box,
     cylinder,
-    fixed_joint,
-    frame_link,
-    make_joint,
-    make_link,
-    not_negative,
     pin,
     placement,
-    positive,
-    urdf_text,
 )
 from pinmech.errors import InputError
 

@@ -25,11 +25,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from pinmech.designs.parts import (
+    Design,
+    Drive,
+    fixed_joint,
+    frame_link,
+    make_joint,
+    make_link,
+    not_negative,
+    positive,
+    urdf_text,
+)
+from pinmech.designs.solids import (
     ALUMINIUM,
     ORIGIN,
     STEEL,
-    Design,
-    Drive,
     Solid,
     X,
     Y,
@@ -37,16 +46,9 @@ from pinmech.designs.parts import (
     bar,
     box,
     cylinder,
-    fixed_joint,
-    frame_link,
-    make_joint,
-    make_link,
-    not_negative,
     placement,
-    positive,
     rotation,
     sphere,
-    urdf_text,
 )
 from pinmech.errors import InputError
 

@@ -13,23 +13,25 @@ from dataclasses import dataclass
 from typing import Any
 
 from pinmech.designs.parts import (
-    ALUMINIUM,
-    ORIGIN,
     Drive,
-    Solid,
-    Y,
-    Z,
-    bar,
-    cylinder,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
     not_negative,
-    pin,
-    placement,
     positive,
     urdf_text,
+)
+from pinmech.designs.solids import (
+    ALUMINIUM,
+    ORIGIN,
+    Solid,
+    Y,
+    Z,
+    bar,
+    cylinder,
+    pin,
+    placement,
 )
 
 

@@ -31,12 +31,21 @@ from typing import Any
 import numpy as np
 
 from pinmech.designs.parts import (
-    ALUMINIUM,
-    ORIGIN,
-    Array,
     Design,
     Drive,
     Passive,
+    fixed_joint,
+    frame_link,
+    make_joint,
+    make_link,
+    not_negative,
+    positive,
+    urdf_text,
+)
+from pinmech.designs.solids import (
+    ALUMINIUM,
+    ORIGIN,
+    Array,
     Solid,
     X,
     Y,
@@ -46,19 +55,12 @@ from pinmech.designs.parts import (
     cross,
     cross_block,
     cylinder,
-    fixed_joint,
     frame_from,
-    frame_link,
-    make_joint,
-    make_link,
     moved,
-    not_negative,
     pin,
     placement,
-    positive,
     sphere,
     unit,
-    urdf_text,
 )
 from pinmech.errors import InputError
 

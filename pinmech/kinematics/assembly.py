@@ -13,6 +13,7 @@ from pinmech.kinematics.solver import (
     Problem,
     limit_breaches,
     minimise,
+    nearest,
     newton,
     wrap_towards,
 )
@@ -118,7 +119,7 @@ def _assemble(mechanism: Mechanism, system: ClosureSystem, start: Array, listed:
     """The best q found: closed if possible, near the start where joints are listed."""
     everything = np.arange(mechanism.model.nv)
     held = {k for k in mechanism.outputs.coordinates if listed[k]}
-    choices = [np.array([k for k in everything if k not in held]), everything]
+    choices = [np.setdiff1d(everything, list(held)).astype(int), everything]
     best, best_cost = start, np.inf
     rng = np.random.default_rng(0)
     for free in choices if held else choices[1:]:
@@ -134,7 +135,9 @@ def _assemble(mechanism: Mechanism, system: ClosureSystem, start: Array, listed:
                 high = np.minimum(mechanism.upper[loose], start[loose] + _reach(mechanism)[loose])
                 q[loose] = rng.uniform(low, high)
             minimise(problem, system, q, effort=effort, iterations=200)
-            newton(problem, system, q)
+            closer = q.copy()
+            if newton(problem, system, closer).converged:
+                q = closer
             wrap_towards(mechanism, q, start, free)
             system.evaluate(q)
             state, _ = close(mechanism, q, system.data)
@@ -146,6 +149,9 @@ def _assemble(mechanism: Mechanism, system: ClosureSystem, start: Array, listed:
                 best, best_cost = q, cost
             if state is not None and moved <= HOME_TOLERANCE and not breaches:
                 return best
+    if best_cost >= 1e3:
+        # Nothing closes: say how near the loops come at best.
+        nearest(Problem(mechanism, everything), system, best)
     return best
 
 

@@ -361,7 +361,7 @@ def _split(mechanism: Mechanism) -> tuple[Array, Array]:
         return np.arange(mechanism.model.nv), np.zeros(0, dtype=int)
     held = np.array(mechanism.outputs.coordinates)
     ordered = [k for limb in mechanism.limbs.values() for k in limb.coordinates]
-    return np.array([k for k in ordered if k not in held]), held
+    return np.array([k for k in ordered if k not in held], dtype=int), held
 
 
 def pose_of(mechanism: Mechanism, target: Array) -> Pose:

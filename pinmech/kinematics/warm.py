@@ -67,7 +67,7 @@ class Warm:
         self.diagonal = self.pivots = np.zeros(0)
         self._least = 0.0
         self._factors: tuple[Array, Array, Array] | None = None
-        self._home = self._factors
+        self._home: tuple[Array, Array, Array] | None = None
 
     def newton(self, q: Array, moved: float = 0.0) -> bool:
         """Newton in place from q with its held coordinates set; False when it is not to be trusted.

@@ -16,7 +16,7 @@ from pinmech.reports.antenna_model import (
     geometry,
     outward,
 )
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -139,7 +139,7 @@ def _sweep(table: PaperTable, mechanism: pm.Mechanism) -> None:
         f"{angles[1][0]:.4f} deg on the first branch, {angles[-1][0]:.4f} deg on the second",
         holds=np.ptp(angles[1]) < 1e-9 and np.ptp(angles[-1]) > 1.0,
         corrected=bool(np.ptp(angles[1]) < 1e-9 and np.ptp(angles[-1]) < 1e-9),
-        difference=f"{np.ptp(angles[-1]):.1e} deg between the arms on the second",
+        difference=f"{small(np.ptp(angles[-1]))} deg between the arms on the second",
         why="the angles coincide there on both branches, so the point does not tell them apart; "
         "the curves are drawn, the text prints no value",
         figure="antenna_fig6.png",

@@ -10,7 +10,7 @@ from scipy.optimize import root
 
 import pinmech as pm
 from pinmech.reports.antenna_model import OpenArms, q_terms
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -123,7 +123,7 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
         "fig5",
         "Fig. 5",
         "the two configurations",
-        f"pm.forward from home reaches one of them, to {near:.0e} rad",
+        f"pm.forward from home reaches one of them, to {small(near)} rad",
         figure="antenna_fig5.png",
     )
     _count(table, curves)
@@ -193,5 +193,5 @@ def _count(table: PaperTable, curves: Curves) -> None:
         holds=most <= 4 and len(found.crossings) <= 4,
         corrected=len(found.crossings) > 4 and len(found.states) == len(found.crossings),
         why="not a theorem: the paper's own second platform has more; all of them are closed "
-        f"states of all three arms (scaled residual up to {worst:.0e})",
+        f"states of all three arms (scaled residual {small(worst)})",
     )

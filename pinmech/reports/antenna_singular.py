@@ -15,7 +15,7 @@ from pinmech.reports.antenna_model import (
     geometry,
     points,
 )
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -72,7 +72,7 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
         PRINTED,
         np.rad2deg([a, b]),
         "deg",
-        why=f"scaled smallest singular value there {found.type2:.0e}",
+        why=f"scaled smallest singular value there {small(found.type2)}",
     )
     rounded = pm.inverse(mechanism, np.deg2rad([float(x) for x in PRINTED])).unwrap()
     left, off = determinant(rounded, 1, 2), np.rad2deg(rounded.outputs["beta"] - b)
@@ -81,10 +81,11 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
         "eq. (18)",
         "determinant of drive 12 at (19)",
         "0",
-        f"{determinant(state, 1, 2):.0e} mm⁴ at the pose above; {left:.0f} mm⁴ at the rounded one",
+        f"{small(determinant(state, 1, 2), 1e-3)} mm⁴ at the pose above; {left:.0f} mm⁴ at the "
+        "rounded one",
         holds=abs(determinant(state, 1, 2)) < 1.0 and abs(off) <= 0.5e-4,
         difference=f"{left:.0f} mm⁴",
-        why=f"so much comes from rounding (19): {off:.1e} deg in β; the determinants of the other "
+        why=f"so much comes from rounding (19): {off:.1g} deg in β; the determinants of the other "
         "pairs are 10⁷ to 10⁹ mm⁴",
     )
     table.number(
@@ -156,7 +157,7 @@ def _axis(
         "before (20)",
         "which arm the axis belongs to",
         "arm 2 alone controls the platform",
-        f"arm 1 held: off by {off[0]:.0e}; arm 2 held: off by {off[1]:.2f}",
+        f"arm 1 held: off by {small(off[0])}; arm 2 held: off by {off[1]:.2f}",
         holds=off[1] < 1e-9,
         corrected=off[0] < 1e-9,
         why="(20) holds with arm 1 locked and arm 2 passive; as a statement about the motion that "
@@ -178,10 +179,10 @@ def _axis(
         "Fig. 11",
         "the axis meets the extension of the line C2B2",
         "they intersect",
-        f"distance {met[1].distance:.1e} mm, at {met[1].along:.2f} of the way from C2 to B2 (arm "
-        f"1: {met[0].distance:.1e} mm, arm 3: {met[2].distance:.1f} mm)",
+        f"distance {small(met[1].distance)} mm, at {met[1].along:.2f} of the way from C2 to B2 "
+        f"(arm 1: {small(met[0].distance)} mm, arm 3: {met[2].distance:.1f} mm)",
         holds=met[1].distance < 1e-6 and not 0.0 <= met[1].along <= 1.0,
-        difference=f"{met[1].distance:.1e} mm",
+        difference=f"{small(met[1].distance)} mm",
         why="it meets the line of arm 1 too: neither rod has a moment about it",
         figure="antenna_fig11.png",
     )
@@ -208,7 +209,7 @@ def _boundary(table: PaperTable, mechanism: pm.Mechanism) -> None:
             high = middle
     sizes = np.abs(arm_terms(state))
     found = pm.singularity(state, tolerance=1e-4)
-    small = int(sizes.argmin())
+    which = int(sizes.argmin())
     table.statement(
         "eq24",
         "eq. (24)",
@@ -218,9 +219,9 @@ def _boundary(table: PaperTable, mechanism: pm.Mechanism) -> None:
         + ", ".join(f"{x:.3g}" for x in sizes)
         + " mm²/rad",
         holds=bool(sizes.max() < 1.0),
-        corrected=bool(sizes[small] < 1e-3 * sizes.max() and "type1" in found.kinds),
+        corrected=bool(sizes[which] < 1e-3 * sizes.max() and "type1" in found.kinds),
         why="the equation meant is (17); its determinant vanishes, not the matrix: one arm "
-        f"(arm {small + 1}) is stretched (scaled distance {found.type1:.0e})",
+        f"(arm {which + 1}) is stretched (scaled distance {small(found.type1)})",
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinmech as pm
 from pinmech.reports import decoupled_statics, decoupled_workspace
 from pinmech.reports.decoupled_model import ANGLES, at, axes
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -56,7 +56,7 @@ def _structure(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> 
         "m = e",
         f"m = {1e3 * m:.6g} mm, e = {1e3 * e_crank:.6g} mm",
         holds=abs(m - e_crank) < 1e-12,
-        difference=f"{1e3 * abs(m - e_crank):.0e} mm",
+        difference=f"{small(1e3 * abs(m - e_crank))} mm",
     )
     one, two = axes(slider.home)
     angle = float(np.rad2deg(np.arccos(np.clip(one @ two, -1.0, 1.0))))
@@ -96,7 +96,7 @@ def _structure(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> 
         "3R, PPR and RPR replace the flat pair",
         "same freedoms",
         "; ".join(
-            f"{pair}: mobility {dof}, q2 within {1e3 * off:.0e} mm"
+            f"{pair}: mobility {dof}, q2 within {small(1e3 * off)} mm"
             for pair, (dof, off) in chains.items()
         ),
         holds=all(dof == 2 and off < 1e-10 for dof, off in chains.values()),
@@ -112,9 +112,9 @@ def _structure(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> 
         "Fig. 5",
         "R7R8 and R9R10 stay parallel to the axis R1",
         "always parallel",
-        f"sine of the angle at most {max(slants):.0e}",
+        f"sine of the angle {small(max(slants))}",
         holds=max(slants) < 1e-9,
-        difference=f"{max(slants):.0e}",
+        difference=f"{small(max(slants))}",
     )
     table.drawing(
         "fig167",
@@ -165,9 +165,9 @@ def _mapping(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> No
         "section 2",
         "each output depends on one input alone",
         "decoupled",
-        f"largest off-diagonal term {off_diagonal:.0e}, both mechanisms",
+        f"largest off-diagonal term {small(off_diagonal)}, both mechanisms",
         holds=off_diagonal < 1e-9,
-        difference=f"{off_diagonal:.0e}",
+        difference=f"{small(off_diagonal)}",
     )
     table.erratum(
         "eq3",

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 import pinmech as pm
 from pinmech.reports.decoupled_model import ANGLES, at, axes, held
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -85,7 +85,7 @@ def add(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> None:
         f"|θ2| ≤ {max(ANGLES):g} deg; the leg carries {push.min():.1f} to {push.max():.1f} N",
         holds=bool(np.abs(torque - 1.0).max() < 1e-6),
         assumption="the crank's torque alone is meant: the leg carries T/(e cosθ2) all the same, "
-        f"within {np.abs(push - leg).max():.0e} N of the first mechanism's",
+        f"within {small(np.abs(push - leg).max())} N of the first mechanism's",
     )
     _friction(table, slider)
 

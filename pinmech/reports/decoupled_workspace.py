@@ -7,13 +7,14 @@ import numpy as np
 import pinmech as pm
 from pinmech.reports.decoupled_model import at
 from pinmech.reports.decoupled_statics import RADII
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 #: Configurations (a) to (c) of Figure 9: theta1, theta2 as printed, in units of pi.
 FIGURE_9 = ((0.0, 1.0 / 3.0), (0.5, -0.25), (-0.5, 0.25))
 
 
 def add(table: PaperTable, crank: pm.Mechanism) -> None:
+    """Add the items of the workspace."""
     slip_z, slip_turn = 0.0, 0.0
     for t in (-70.0, -20.0, 35.0, 80.0):
         points = [
@@ -32,7 +33,7 @@ def add(table: PaperTable, crank: pm.Mechanism) -> None:
         "Fig. 8",
         "P draws latitude lines with θ1, longitude lines with θ2",
         "latitude and longitude",
-        f"height within {1e3 * slip_z:.0e} mm, azimuth within {slip_turn:.0e} rad",
+        f"height within {small(1e3 * slip_z)} mm, azimuth within {small(slip_turn)} rad",
         holds=slip_z < 1e-10 and slip_turn < 1e-9,
         assumption="P lies on the line o R3: the paper does not say where it is",
         figure="decoupled_fig8.png",
@@ -60,7 +61,7 @@ def add(table: PaperTable, crank: pm.Mechanism) -> None:
             np.rad2deg(list(state.actuators.values())),
             "deg",
             tolerance=1e-6,
-            why=f"by (6) the printed (θ1, θ2) themselves; loops closed to {state.residual:.0e}",
+            why=f"by (6) the printed (θ1, θ2) themselves; loops closed to {small(state.residual)}",
             figure="decoupled_fig9.png",
         )
 

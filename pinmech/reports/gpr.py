@@ -21,7 +21,7 @@ from pinmech.reports.gpr_model import (
     staggered,
     tilt,
 )
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -134,7 +134,7 @@ def _simulations(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "Fig. 5",
         "σ- and ‖dY‖ at the singular configurations",
         "0.0013, 0.0181 mm",
-        f"{zero[0]:.0e}, {zero[1]:.0e} mm",
+        f"{small(zero[0])}, {small(zero[1])} mm",
         holds=zero[0] > 1e-3,
         corrected=zero[0] < RESIDUE,
         why="exactly at q1 = q2 = q3 both vanish; the printed values are samples near it",
@@ -179,14 +179,15 @@ def _bounds(table: PaperTable, mechanism: pm.Mechanism) -> None:
     by_p = -np.linalg.pinv(phi_by_y(tips)) @ phi_by_p(tips)
     null = np.linalg.svd(phi_by_p(tips))[2][11]
     sigma = np.linalg.svd(by_p, compute_uv=False)
+    still = float(np.linalg.norm(by_p @ null))
     table.statement(
         "eq5a",
         "before (5)",
         "σ-(∂Y/∂P) ‖dP‖ ≤ ‖dY‖",
         "holds",
-        f"dP along the null vector: ‖dY‖ = {np.linalg.norm(by_p @ null):.0e}, σ- = {sigma[-1]:.3f}",
-        holds=bool(np.linalg.norm(by_p @ null) >= sigma[-1]),
-        corrected=bool(np.linalg.norm(by_p @ null) < 1e-9),
+        f"dP along the null vector: ‖dY‖ {small(still)}, σ- = {sigma[-1]:.3f}",
+        holds=still >= sigma[-1],
+        corrected=still < 1e-9,
         why="∂Y/∂P is 3×12: its smallest singular value bounds nothing from below",
     )
     table.drawing(

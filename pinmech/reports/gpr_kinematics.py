@@ -6,7 +6,7 @@ import numpy as np
 
 import pinmech as pm
 from pinmech.reports.gpr_model import PAIRS, TILTED, arms, at, rates, rod_tips, rods, spans, y_by_x
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -132,7 +132,7 @@ def add(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "section 5",
         "iterations for X from Y",
         "2 to 3",
-        f"{min(counts)} to {max(counts)} until Y is met to 1 nm, X then within {off:.0e} mm",
+        f"{min(counts)} to {max(counts)} until Y is met to 1 nm, X then within {small(off)} mm",
         holds=min(counts) >= 1 and max(counts) <= 3 and off < 1e-5,
         why="tilts from 1.7 to 9 deg",
     )
@@ -149,9 +149,9 @@ def add(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "sections 5, 6",
         "inverse, then direct kinematics",
         "inverse of each other",
-        f"back within {max(trips):.0e} (m, rad), four tilts",
+        f"back within {small(max(trips))} (m, rad), four tilts",
         holds=max(trips) < 1e-9,
-        difference=f"{max(trips):.0e}",
+        difference=f"{small(max(trips))}",
     )
     shifts = [float(np.hypot(*(1e6 * s.platform.translation[:2]))) for s in states]
     table.statement(

@@ -19,7 +19,7 @@ from pinmech.reports.gpr_model import (
     spans,
     y_by_x,
 )
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 
 Array = np.ndarray
 
@@ -156,7 +156,7 @@ def _ranks(
         (min(ranks), 12 - max(ranks)),
         tolerance=0.0,
         why="at closed states of the augmented mechanism (the ideal one does not close there), "
-        f"from 1 µm away (σ11 = {values[0][10]:.1e} mm) to 9 deg of tilt; equal to 3 + rank of the "
+        f"from 1 µm away (σ11 = {values[0][10]:.2g} mm) to 9 deg of tilt; equal to 3 + rank of the "
         f"closure Jacobian without the slider columns: {links}",
     )
     twelfth = max(float(v[11]) for v in values)
@@ -165,7 +165,7 @@ def _ranks(
         "section 3",
         "the twelfth singular value of ∂Φ/∂P",
         "always 0",
-        f"at most {twelfth:.0e} mm",
+        f"{small(twelfth)} mm",
         holds=twelfth < RANK,
     )
     full = [

@@ -71,7 +71,7 @@ class PaperTable:
             what,
             with_unit(", ".join(texts), unit),
             with_unit(shown, unit),
-            with_unit(f"{off.max():.2g}", unit),
+            with_unit(small(off.max()) if off.max() < 1e-9 else f"{off.max():.2g}", unit),
             passed(good, assumption),
             sentence(why, assumption and f"Assumed: {assumption}"),
             figure,
@@ -100,7 +100,7 @@ class PaperTable:
             what,
             with_unit(f"formula: {spread(left)}", unit),
             with_unit(spread(right), unit),
-            with_unit(f"{off:.1e}", unit),
+            with_unit(small(off, min(1e-9, tolerance)), unit),
             passed(off <= tolerance, assumption),
             sentence(
                 why,
@@ -149,7 +149,7 @@ class PaperTable:
             what,
             said,
             with_unit(spread(truth), unit),
-            with_unit(f"corrected: {off_right:.1e}", unit),
+            with_unit(f"corrected: {small(off_right)}", unit),
             verdict,
             sentence(why, f"tolerance {tolerance:.1g} {unit}".rstrip()),
             figure,
@@ -273,8 +273,17 @@ def largest(values: Array) -> float:
     return size if np.isfinite(size) else np.inf
 
 
+def small(value: float, floor: float = 1e-9) -> str:
+    """A difference with one digit; below a floor only that, because the rest is rounding, which no
+    two machines share."""
+    size = abs(float(value))
+    return f"<{floor:.0e}" if size < floor else f"{size:.0e}"
+
+
 def spread(values: Array) -> str:
-    """One value, or ``least … largest (count)``."""
+    """One value, or ``least … largest (count)``; what rounding leaves of a zero is shown as 0."""
+    noise = 1e-9 * max(1.0, float(np.abs(values).max(initial=0.0)))
+    values = np.where(np.abs(values) < noise, 0.0, values)
     if values.size == 1:
         return f"{values[0]:.6g}"
     return f"{values.min():.5g} … {values.max():.5g} ({values.size} values)"

@@ -7,9 +7,10 @@ import pinocchio as pin
 
 import pinmech as pm
 from pinmech.reports import spherical_index, spherical_screws, spherical_singular
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 from pinmech.reports.spherical_model import (
     LIMBS,
+    TABLE_1,
     phi,
     printed_inverse_jacobian,
     state_at,
@@ -17,18 +18,6 @@ from pinmech.reports.spherical_model import (
 )
 
 Array = np.ndarray
-
-#: Table 1: canonical coordinates s and angular inputs φ, both as printed [deg].
-TABLE_1 = (
-    (("16.5554", "-12.4608", "18.5511"), ("-75.0000", "-99.8904", "-73.1431")),
-    (("11.8501", "-16.1856", "13.5813"), ("-80.0000", "-104.8992", "-77.8273")),
-    (("17.0676", "-17.0676", "-18.1412"), ("-70.0000", "-109.8865", "-110.8401")),
-    (("-26.9084", "-15.5084", "19.6698"), ("-120.0000", "-111.0575", "-67.1954")),
-    (("-29.6726", "-29.6726", "-18.9035"), ("-115.0000", "-117.1803", "-101.5948")),
-    (("3.9268", "9.4801", "-44.8833"), ("-90.0000", "-82.8929", "-135.0000")),
-    (("-9.2803", "15.5084", "-32.0131"), ("-105.0000", "-72.7163", "-123.6816")),
-    (("-41.2252", "24.4448", "-20.9387"), ("-135.0000", "-53.8398", "-118.3348")),
-)
 
 
 def spherical_table() -> PaperTable:
@@ -102,9 +91,9 @@ def _structure(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.Close
         "architecture",
         "the platform's centre stays at O",
         "no translation",
-        f"at most {max(away):.0e} mm off",
+        f"{small(max(away))} mm off",
         holds=max(away) < 1e-7,
-        difference=f"{max(away):.0e} mm",
+        difference=f"{small(max(away))} mm",
         why="eight configurations of Table 1; tolerance 1e-7 mm",
     )
     skew = pm.designs.spherical_3paur(lines=((0.1, 1.0, 0.2), (0.0, 0.15, 1.0), (1.0, 0.1, -0.2)))
@@ -115,7 +104,7 @@ def _structure(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.Close
         "architecture",
         "the lines A_iB_i may meet at any angles",
         "3 rotations about O",
-        f"{pm.mobility(moved).dof} freedoms, centre {off:.0e} mm off",
+        f"{pm.mobility(moved).dof} freedoms, centre {small(off)} mm off",
         holds=pm.mobility(moved).dof == 3 and off < 1e-7,
         why="one skew set of lines, off home",
     )

@@ -18,6 +18,18 @@ import pinmech as pm
 Array = np.ndarray
 LIMBS = (1, 2, 3)
 
+#: Table 1: canonical coordinates s and angular inputs φ, both as printed [deg].
+TABLE_1 = (
+    (("16.5554", "-12.4608", "18.5511"), ("-75.0000", "-99.8904", "-73.1431")),
+    (("11.8501", "-16.1856", "13.5813"), ("-80.0000", "-104.8992", "-77.8273")),
+    (("17.0676", "-17.0676", "-18.1412"), ("-70.0000", "-109.8865", "-110.8401")),
+    (("-26.9084", "-15.5084", "19.6698"), ("-120.0000", "-111.0575", "-67.1954")),
+    (("-29.6726", "-29.6726", "-18.9035"), ("-115.0000", "-117.1803", "-101.5948")),
+    (("3.9268", "9.4801", "-44.8833"), ("-90.0000", "-82.8929", "-135.0000")),
+    (("-9.2803", "15.5084", "-32.0131"), ("-105.0000", "-72.7163", "-123.6816")),
+    (("-41.2252", "24.4448", "-20.9387"), ("-135.0000", "-53.8398", "-118.3348")),
+)
+
 
 def limb_axes(mechanism: pm.Mechanism, limb: int) -> tuple[Array, Array, Array]:
     """Directions p (of the limb's line), q and u (normal of its plane) at home, base axes."""
@@ -30,7 +42,7 @@ def state_at(
     orientation: Sequence[float] | Array,
     *,
     flip: Sequence[int] = (1, 1, 1),
-    free: Sequence[float] = (0.0, 0.0, 0.0),
+    free: Sequence[float] | Array = (0.0, 0.0, 0.0),
 ) -> pm.ClosedState:
     """The closed state with a given orientation (3,) [rad], parallelograms uncrossed.
 

@@ -1,15 +1,16 @@
-"""Screw systems and singular poses of the spherical manipulator: (1) to (6), (16) to (21)."""
+"""Screw systems of the spherical manipulator away from singular poses: (1) to (6)."""
 
 from __future__ import annotations
 
 import numpy as np
 
 import pinmech as pm
-from pinmech.reports.papertable import PaperTable
+from pinmech.reports.papertable import PaperTable, small
 from pinmech.reports.spherical_model import span_gap, vectors
 
 Array = np.ndarray
 
+#: Angle between screw systems [rad] up to which they are the same.
 SMALL = 1e-8
 
 
@@ -51,9 +52,9 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
         "eq. (1)",
         f"twist system of a limb, {at}",
         "order 4, spanned by four lines",
-        f"(twists, wrenches) {sorted(orders)}, largest angle {limb_gap:.0e}",
+        f"(twists, wrenches) {sorted(orders)}, largest angle {small(limb_gap)}",
         holds=orders == {(4, 2)} and limb_gap < SMALL,
-        difference=f"{limb_gap:.0e} rad",
+        difference=f"{small(limb_gap)} rad",
         why="with the real parallelogram; the paper's virtual revolute joint stands for it",
     )
     table.statement(
@@ -61,9 +62,9 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
         "eqs (2), (3)",
         f"constraints of a limb, {at}",
         "forces through O along u_i and v_i",
-        f"the same pencil, largest angle {pencil_gap:.0e}",
+        f"the same pencil, largest angle {small(pencil_gap)}",
         holds=pencil_gap < SMALL,
-        difference=f"{pencil_gap:.0e} rad",
+        difference=f"{small(pencil_gap)} rad",
     )
     _intersections(table, mechanism, states[0], wrench)
     table.statement(
@@ -71,18 +72,18 @@ def add(table: PaperTable, mechanism: pm.Mechanism, states: list[pm.ClosedState]
         "eq. (5)",
         f"constraints of the platform, {at}",
         "order 3: forces through O",
-        f"the same system, largest angle {constraint_gap:.0e}",
+        f"the same system, largest angle {small(constraint_gap)}",
         holds=constraint_gap < SMALL,
-        difference=f"{constraint_gap:.0e} rad",
+        difference=f"{small(constraint_gap)} rad",
     )
     table.statement(
         "eq6",
         "eq. (6)",
         f"motions of the platform, {at}",
         "order 3: rotations about O",
-        f"the same system, largest angle {motion_gap:.0e}",
+        f"the same system, largest angle {small(motion_gap)}",
         holds=motion_gap < SMALL,
-        difference=f"{motion_gap:.0e} rad",
+        difference=f"{small(motion_gap)} rad",
     )
 
 

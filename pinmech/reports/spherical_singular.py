@@ -7,20 +7,23 @@ import pinocchio as pin
 from scipy.optimize import brentq
 
 import pinmech as pm
-from pinmech.reports.papertable import PaperTable
-from pinmech.reports.spherical_model import in_range, phi, span_gap, state_at, vectors
+from pinmech.reports.papertable import PaperTable, small
+from pinmech.reports.spherical_model import (
+    TABLE_1,
+    in_range,
+    phi,
+    span_gap,
+    state_at,
+    vectors,
+)
 from pinmech.reports.spherical_screws import SMALL, forces, turns
 
 Array = np.ndarray
 
 #: Rotation angles at which the curves (16), (17) are tried [deg].
 ANGLES = (95.0, 110.0, 120.0, 150.0)
-
-
 #: Crank angles [rad] of limbs whose crank is free there.
 FREE = (0.3, 0.2, -0.4)
-
-
 #: (18) and the caption of Figure 7: signs of s, and of w_i along u_i.
 LOCKED = (
     ((1, 1, -1), (1, -1, -1)),
@@ -69,9 +72,9 @@ def add(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "eqs (16), (17), Fig. 6",
         "poses with w_i = ±u_i, six curves of two branches",
         "w_i = ±u_i, singular",
-        f"|w_i ∓ u_i| at most {worst:.0e} at {count} poses, all of type 1",
+        f"|w_i ∓ u_i| {small(worst)} at {count} poses, all of type 1",
         holds=worst < 1e-7 and reached,
-        difference=f"{worst:.0e}",
+        difference=f"{small(worst)}",
         why="closed states of the URDF model",
     )
     _locked(table, mechanism)
@@ -86,7 +89,7 @@ def _flat(table: PaperTable, mechanism: pm.Mechanism) -> None:
     state = state_at(mechanism, np.deg2rad([a, a, 0.0]))
     kinds = pm.singularity(state).kinds
     ranks = [pm.mobility(s).rank for s in (state, mechanism.home)]
-    angles = [float(x) for s, row in _table1() for x in row]
+    angles = [float(x) for _, row in TABLE_1 for x in row]
     table.statement(
         "fig4",
         "Fig. 4",
@@ -106,12 +109,6 @@ def _flat(table: PaperTable, mechanism: pm.Mechanism) -> None:
         holds=180 + min(angles) > 0 and 180 + max(angles) < 180,
         assumption="the text means the crank A_iD_i, which points against v_i: ψ_i = φ_i + 180 deg",
     )
-
-
-def _table1() -> tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]:
-    from pinmech.reports.spherical import TABLE_1
-
-    return TABLE_1
 
 
 def _locked(table: PaperTable, mechanism: pm.Mechanism) -> None:
@@ -138,9 +135,9 @@ def _locked(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "eq. (18), Fig. 7",
         "four poses with every w_i = ±u_i; signs of the caption",
         "θ = 2π/3, s = 2√3π/9 (±1, ±1, ±1)",
-        f"|w_i ∓ u_i| at most {off:.0e}",
+        f"|w_i ∓ u_i| {small(off)}",
         holds=off < 1e-7,
-        difference=f"{off:.0e}",
+        difference=f"{small(off)}",
     )
     table.statement(
         "fulllock",
@@ -148,7 +145,7 @@ def _locked(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "there the platform is fully constrained",
         "three systems of order 3 span all wrenches; inputs do not move the platform",
         f"(limb orders, freedoms of the platform): {sorted(orders)}; cranks 0.1 rad on: "
-        f"{moves:.0e} rad",
+        f"{small(moves)} rad",
         holds=orders == {(3, 3, 3, 0)} and moves < 1e-7,
         why=f"all four poses are closed with every crank inside its range: {inside}; so a guard on "
         "the crank range alone does not keep clear of them; the platform is free again on the "
@@ -188,9 +185,9 @@ def _degenerate(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "eq. (19)",
         f"constraints of that limb, {where}",
         "order 3: forces u_i, v_i, torque v_i × u_i",
-        f"the same system, largest angle {gap19:.0e}",
+        f"the same system, largest angle {small(gap19)}",
         holds=gap19 < SMALL,
-        difference=f"{gap19:.0e} rad",
+        difference=f"{small(gap19)} rad",
     )
     table.statement(
         "eq20",
@@ -198,9 +195,9 @@ def _degenerate(table: PaperTable, mechanism: pm.Mechanism) -> None:
         f"constraints of the platform, {where}",
         "order 4: forces through O and that torque",
         f"(limb twists, limb wrenches, platform wrenches, twists) {sorted(orders)}; largest angle "
-        f"{gap20:.0e}",
+        f"{small(gap20)}",
         holds=gap20 < SMALL and orders == {(3, 3, 4, 2)},
-        difference=f"{gap20:.0e} rad",
+        difference=f"{small(gap20)} rad",
         why="the second S1 printed in (20) is S2, as (21)'s are twists: slips of notation",
     )
     table.statement(
@@ -208,9 +205,9 @@ def _degenerate(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "eq. (21)",
         f"motions of the platform, {where}",
         "two rotations",
-        f"rotations about u_i and v_i, largest angle {gap21:.0e}",
+        f"rotations about u_i and v_i, largest angle {small(gap21)}",
         holds=gap21 < SMALL,
-        difference=f"{gap21:.0e} rad",
+        difference=f"{small(gap21)} rad",
     )
     table.misprint(
         "eq20s",
@@ -230,7 +227,7 @@ def _degenerate(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "Fig. 5",
         "at w1 = u1 the platform turns freely about w1",
         "not controllable",
-        f"{', '.join(sorted(found.kinds))}; axis {turned:.0e} from w1",
+        f"{', '.join(sorted(found.kinds))}; axis {small(turned)} from w1",
         holds="type2" in found.kinds and turned < 1e-8,
         why=f"{dof} instantaneous freedoms: parallelogram 3 is flat there as well (φ3 = "
         f"{np.rad2deg(phi(state))[2]:.0f} deg), which the paper does not say",

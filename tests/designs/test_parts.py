@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from pinmech.designs import parts
+from pinmech.designs import parts, solids
 from pinmech.errors import InputError
 
 POINTS = [
@@ -45,15 +45,15 @@ def inertia_of(moments: np.ndarray, mass: float) -> np.ndarray:
 @pytest.mark.parametrize(
     "solid",
     [
-        parts.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", parts.rotation("x", 0.4)),
-        parts.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base"),
-        parts.sphere((0.05, 0.0, -0.1), 0.2),
-        parts.bar((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.08, 0.02, (0, 0, 1), "base"),
+        solids.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", solids.rotation("x", 0.4)),
+        solids.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base"),
+        solids.sphere((0.05, 0.0, -0.1), 0.2),
+        solids.bar((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.08, 0.02, (0, 0, 1), "base"),
     ],
     ids=["box", "cylinder", "sphere", "bar"],
 )
-def test_inertia_against_integration(solid: parts.Solid) -> None:
-    mass, com, inertia = parts.mass_properties([solid])
+def test_inertia_against_integration(solid: solids.Solid) -> None:
+    mass, com, inertia = solids.mass_properties([solid])
     moments = integral(solid.shape, solid.pose)
     about_origin = pin.Inertia(mass, com, inertia).matrix()[3:, 3:]
     np.testing.assert_allclose(com, moments[:3, 3], atol=1e-9)
@@ -61,13 +61,13 @@ def test_inertia_against_integration(solid: parts.Solid) -> None:
 
 
 def test_sum_of_solids_against_pinocchio() -> None:
-    solids = [
-        parts.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", parts.rotation("x", 0.4)),
-        parts.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base", parts.STEEL),
-        parts.sphere((0.05, 0.0, -0.1), 0.2),
+    bodies = [
+        solids.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", solids.rotation("x", 0.4)),
+        solids.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base", solids.STEEL),
+        solids.sphere((0.05, 0.0, -0.1), 0.2),
     ]
     total = pin.Inertia.Zero()
-    for s in solids:
+    for s in bodies:
         turn = pin.SE3(s.pose[:3, :3], s.pose[:3, 3])
         kind, size = s.shape
         if kind == "box":
@@ -77,7 +77,7 @@ def test_sum_of_solids_against_pinocchio() -> None:
         else:
             one = pin.Inertia.FromSphere(s.mass, *size)
         total += one.se3Action(turn)
-    mass, com, inertia = parts.mass_properties(solids)
+    mass, com, inertia = solids.mass_properties(bodies)
     np.testing.assert_allclose(mass, total.mass, rtol=1e-14)
     np.testing.assert_allclose(com, total.lever, rtol=1e-13)
     np.testing.assert_allclose(inertia, total.inertia, rtol=1e-12)
@@ -85,8 +85,8 @@ def test_sum_of_solids_against_pinocchio() -> None:
 
 def test_a_hand_calculated_bar() -> None:
     """1 m of 20 x 10 mm aluminium along x from the origin: 0.54 kg."""
-    solid = parts.bar((0, 0, 0), (1, 0, 0), 0.02, 0.01, (0, 1, 0), "rod")
-    mass, com, inertia = parts.mass_properties([solid])
+    solid = solids.bar((0, 0, 0), (1, 0, 0), 0.02, 0.01, (0, 1, 0), "rod")
+    mass, com, inertia = solids.mass_properties([solid])
     assert mass == pytest.approx(0.54, rel=1e-12)
     np.testing.assert_allclose(com, [0.5, 0, 0], atol=1e-15)
     expected = np.diag([5e-4, 1.0001, 1.0004]) * 0.54 / 12
@@ -95,7 +95,7 @@ def test_a_hand_calculated_bar() -> None:
 
 @pytest.mark.parametrize(("a", "b"), POINTS)
 def test_cylinder_lies_between_its_points(a: tuple[float, ...], b: tuple[float, ...]) -> None:
-    solid = parts.cylinder(a, b, 0.01, "rod", inset=(0.02, 0.05))
+    solid = solids.cylinder(a, b, 0.01, "rod", inset=(0.02, 0.05))
     half = 0.5 * solid.shape[1][1] * solid.pose[:3, 2]
     centre = solid.pose[:3, 3]
     ends = sorted([tuple(np.round(centre + half, 12)), tuple(np.round(centre - half, 12))])
@@ -113,7 +113,7 @@ def test_cylinder_lies_between_its_points(a: tuple[float, ...], b: tuple[float, 
 
 @pytest.mark.parametrize(("a", "b"), POINTS)
 def test_bar_lies_between_its_points(a: tuple[float, ...], b: tuple[float, ...]) -> None:
-    solid = parts.bar(a, b, 0.02, 0.01, (0.3, 0.5, 0.1), "rod", inset=(0.02, 0.05))
+    solid = solids.bar(a, b, 0.02, 0.01, (0.3, 0.5, 0.1), "rod", inset=(0.02, 0.05))
     turn, centre = solid.pose[:3, :3], solid.pose[:3, 3]
     half = 0.5 * solid.shape[1][0] * turn[:, 0]
     np.testing.assert_allclose(centre - half, a, atol=1e-12)
@@ -130,13 +130,13 @@ def test_bar_lies_between_its_points(a: tuple[float, ...], b: tuple[float, ...])
 
 def test_a_bar_shorter_than_its_insets_does_not_collide() -> None:
     a, b = (0.0, 0.0, 0.0), (0.1, 0.0, 0.0)
-    assert parts.bar(a, b, 0.02, 0.01, parts.Y, "rod", inset=0.05).collision is None
-    assert parts.cylinder(a, b, 0.02, "rod", inset=0.05).collision is None
+    assert solids.bar(a, b, 0.02, 0.01, solids.Y, "rod", inset=0.05).collision is None
+    assert solids.cylinder(a, b, 0.02, "rod", inset=0.05).collision is None
 
 
 def test_dish_is_a_paraboloid_with_its_feed_at_the_focus() -> None:
-    solids = parts.dish((0.0, 0.0, 0.1), 0.2, 0.15, 0.001)
-    petals = [s for s in solids if s.shape[0] == "box"]
+    bodies = solids.dish((0.0, 0.0, 0.1), 0.2, 0.15, 0.001)
+    petals = [s for s in bodies if s.shape[0] == "box"]
     for s in petals:
         x, y, z = s.pose[:3, 3]
         rho = math.hypot(x, y)
@@ -145,10 +145,10 @@ def test_dish_is_a_paraboloid_with_its_feed_at_the_focus() -> None:
         radial = np.array([x, y, 0.0]) / rho
         slope = s.pose[2, 0] / (s.pose[:3, 0] @ radial)
         assert slope == pytest.approx(rho / 0.3, abs=1e-9)
-    mass, com, _ = parts.mass_properties(solids)
+    mass, com, _ = solids.mass_properties(bodies)
     assert 0.2 < mass < 1.0
     assert np.abs(com[:2]).max() < 1e-12
-    horn = solids[-1]
+    horn = bodies[-1]
     np.testing.assert_allclose(horn.pose[:3, 3], [0.0, 0.0, 0.25], atol=1e-12)
 
 
@@ -180,30 +180,30 @@ def test_numbers_refuse_what_is_not_finite(value: float) -> None:
 
 
 def test_rotation_of_right_angles_is_exact() -> None:
-    assert (parts.rotation("z", math.pi / 2) == [[0, -1, 0], [1, 0, 0], [0, 0, 1]]).all()
-    assert (parts.rotation("x", -math.pi) == np.diag([1.0, -1.0, -1.0])).all()
+    assert (solids.rotation("z", math.pi / 2) == [[0, -1, 0], [1, 0, 0], [0, 0, 1]]).all()
+    assert (solids.rotation("x", -math.pi) == np.diag([1.0, -1.0, -1.0])).all()
     np.testing.assert_allclose(
-        parts.rotation("y", 0.3), pin.rpy.rpyToMatrix(0.0, 0.3, 0.0), atol=1e-16
+        solids.rotation("y", 0.3), pin.rpy.rpyToMatrix(0.0, 0.3, 0.0), atol=1e-16
     )
     with pytest.raises(InputError, match="axis"):
-        parts.rotation("w", 0.0)
+        solids.rotation("w", 0.0)
 
 
 def test_urdf_keeps_placements(  # Euler angles near and at 90 degrees included
 ) -> None:
     rng = np.random.default_rng(7)
     turns = [pin.exp3(rng.normal(size=3)) for _ in range(20)]
-    turns += [parts.rotation(a, s * math.pi / 2) @ parts.rotation(b, angle)
+    turns += [solids.rotation(a, s * math.pi / 2) @ solids.rotation(b, angle)
               for a in "xyz" for b in "xyz" for s in (-1, 1) for angle in (0.0, 0.7, math.pi / 2)]
-    turns += [parts.rotation("y", math.pi / 2 - 1e-9), parts.rotation("y", math.pi / 2 - 1e-13)]
-    ball = [parts.sphere((0, 0, 0), 0.1)]
+    turns += [solids.rotation("y", math.pi / 2 - 1e-9), solids.rotation("y", math.pi / 2 - 1e-13)]
+    ball = [solids.sphere((0, 0, 0), 0.1)]
     links = [parts.make_link("base", ball)]
     joints = []
     places = []
     for k, turn in enumerate(turns):
-        places.append(parts.placement(rng.normal(size=3), turn))
+        places.append(solids.placement(rng.normal(size=3), turn))
         links.append(parts.make_link(f"l{k}", ball))
-        joints.append(parts.make_joint(f"j{k}", "base", f"l{k}", places[-1], parts.Z,
+        joints.append(parts.make_joint(f"j{k}", "base", f"l{k}", places[-1], solids.Z,
                                        limits=(-1, 1)))
     model = pin.buildModelFromXML(parts.urdf_text("many", links, joints, "a test"))
     for k, place in enumerate(places):
@@ -213,7 +213,7 @@ def test_urdf_keeps_placements(  # Euler angles near and at 90 degrees included
 
 def test_a_prismatic_joint_needs_limits() -> None:
     with pytest.raises(InputError, match="limits"):
-        parts.make_joint("p", "a", "b", parts.placement(), parts.Z, "prismatic")
+        parts.make_joint("p", "a", "b", solids.placement(), solids.Z, "prismatic")
 
 
 def test_a_link_needs_a_mass() -> None:

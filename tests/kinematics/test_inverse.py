@@ -185,7 +185,7 @@ def test_a_mapping_is_read_by_name_and_a_sequence_in_the_order_of_the_outputs(
 @pytest.mark.parametrize(
     ("outputs", "kind", "text"),
     [
-        ({"alpha": 0.1}, InputError, "'beta' are missing"),
+        ({"alpha": 0.1}, InputError, "missing output: beta"),
         ({"alpha": 0.1, "beta": 0.1, "gama": 0.0}, UnknownNameError, "unknown output 'gama'"),
         ([0.1], InputError, "have shape"),
         ([[0.1, 0.2]], InputError, "have shape"),

@@ -56,7 +56,7 @@ def test_nothing_is_irreproducible(found: Reproduction) -> None:
 def test_all_items_say_what_and_why(found: Reproduction) -> None:
     for item in found.items:
         assert item.verdict in VERDICTS
-        assert item.place and item.what and item.published, item
+        assert all((item.place, item.what, item.published)), item
         if item.verdict != "reproduced":
             assert item.why, item
         if item.verdict == "reproduced with stated assumption":
