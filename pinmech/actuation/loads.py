@@ -21,7 +21,10 @@ REST = 1e-12
 
 
 def _tuple(values: object, shape: tuple[int, ...], what: str) -> tuple:
-    array = np.asarray(values, dtype=float)
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        array = np.full(1, np.nan)
     if array.shape != shape or not np.isfinite(array).all():
         raise InputError(f"{what} must be finite numbers of shape {shape}, is {values!r}")
     return tuple(map(tuple, array.tolist())) if len(shape) == 2 else tuple(array.tolist())
@@ -45,11 +48,12 @@ class Payload:
     inertia: Sequence[Sequence[float]] = ((0.0,) * 3,) * 3
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.mass) and self.mass >= 0):
+        mass = _tuple([self.mass], (1,), "payload mass")[0]
+        if mass < 0:
             raise InputError(f"payload mass must be at least 0 kg, is {self.mass!r}")
         object.__setattr__(self, "com", _tuple(self.com, (3,), "payload com"))
-        matrix = np.asarray(self.inertia, dtype=float)
         object.__setattr__(self, "inertia", _tuple(self.inertia, (3, 3), "payload inertia"))
+        matrix = np.array(self.inertia)
         if np.abs(matrix - matrix.T).max() > 1e-9 * max(1e-12, np.abs(matrix).max()):
             raise InputError("payload inertia must be symmetric")
         moments = np.linalg.eigvalsh(matrix)

@@ -234,31 +234,35 @@ class _Runner:
         What need not stop Newton at once is checked for all of them together: signs, limits.
         """
         q, diagonals, pivots = self.q, [], []
-        shown = last[warm.held]
+        iterations, residuals = [], []
+        coordinates, labelled, newton = warm.held, warm.labelled, warm.newton
+        shown = last[coordinates]
         for k in rows:
             row = q[k]
             order = min(orders[k], streak - 1)
             moved = 0.0
             if order > 0:
                 _EXTRAPOLATE[order].dot(q[k - order - 1 : k], row)
-                row[warm.held] = held[k]
-                if not warm.labelled:
+                row[coordinates] = held[k]
+                if not labelled:
                     change = row - last
                     moved = math.sqrt(change.dot(change))
             else:
                 row[:] = last
-                row[warm.held] = held[k]
+                row[coordinates] = held[k]
                 moved = warm.predict(row, held[k] - shown)
-            if moved > LONGEST_MOVE or not warm.newton(row, moved):
+            if moved > LONGEST_MOVE or not newton(row, moved):
                 break
             diagonals.append(warm.diagonal)
             pivots.append(warm.pivots)
-            self.iterations[k], self.residual[k] = warm.iterations, warm.residual
+            iterations.append(warm.iterations)
+            residuals.append(warm.residual)
             last, shown = row, held[k]
             streak += 1
         if not diagonals:
             return 0
         part = slice(rows.start, rows.start + len(diagonals))
+        self.iterations[part], self.residual[part] = iterations, residuals
         good = warm.agree(np.array(diagonals), pivots)
         if self.limits:
             low, high = self.mechanism.lower - 1e-9, self.mechanism.upper + 1e-9

@@ -35,7 +35,7 @@ from pinmech.kinematics.solver import (
     newton,
     wrap_towards,
 )
-from pinmech.kinematics.state import ClosedState, close, output_values
+from pinmech.kinematics.state import CLOSED, ClosedState, close, output_values
 from pinmech.kinematics.tracking import JointLine, Line, PoseLine, follow
 from pinmech.kinematics.warm import Warm
 from pinmech.mechanism.closures import ClosureSystem
@@ -107,6 +107,8 @@ class InverseSolver:
         """Solve for (n_out,) outputs, starting from a closed q (nq,)."""
         mechanism, system = self.mechanism, self.system
         q, count = start.copy(), 0
+        if self.joints and len(self.free) == 0:
+            return self._given(target)
         if self.trusted:
             q[self.held] = target
             quick = _quick(mechanism, system)
@@ -151,6 +153,16 @@ class InverseSolver:
         if beyond and self.limits:
             return self._fail("limit", f"needs {beyond[0]} {self._at(target)}", count)
         return self._search(target, start, count)
+
+    def _given(self, target: Array) -> Solution:
+        """Where the outputs are all joints there are: do they close the loops?"""
+        q = np.zeros(self.mechanism.model.nq)
+        q[self.held] = target
+        size = float(np.linalg.norm(self.system.evaluate(q)))
+        if size <= CLOSED * self.mechanism.length:
+            return self._finish(q, 0, quick=True)
+        message = f"the loops are not closed: {1e3 * size:.4g} mm apart {self._at(target)}"
+        return self._fail("unreachable", message, 0)
 
     def _problem(self, target: Array) -> Problem:
         if self.joints:

@@ -28,6 +28,7 @@ Array = np.ndarray
 _STEPS = 8
 #: A determinant below this part of its size where calibrated is looked at again.
 _NEAR_SINGULAR = 1e-4
+_dgesv = lapack.dgesv
 
 
 class Warm:
@@ -65,6 +66,7 @@ class Warm:
         self._weights = None if bool((weights == 1.0).all()) else weights
         self.iterations, self.residual = 0, np.inf
         self.diagonal = self.pivots = np.zeros(0)
+        self._bound = (CLOSED * mechanism.length) ** 2
         self._least = 0.0
         self._factors: tuple[Array, Array, Array] | None = None
         self._home: tuple[Array, Array, Array] | None = None
@@ -77,26 +79,27 @@ class Warm:
             moved: how far a predictor has moved q already [rad or characteristic lengths], 0 when
                 there was none: Newton must correct little of it.
         """
-        system, free = self.system, self._free
-        bound = (CLOSED * self.length) ** 2
+        free, bound = self._free, self._bound
+        evaluate, jacobian = self.system.evaluate, self.system.jacobian
+        weights, labelled = self._weights, self.labelled
         before = moved
         factors: tuple[Array, Array, Array] | None = None
         for count in range(_STEPS + 1):
-            e = system.evaluate(q)
+            e = evaluate(q)
             square = e.dot(e)
             if square <= bound and factors is not None:
                 self.iterations, self.residual = count, math.sqrt(square) / self.length
                 self.diagonal, self.pivots = factors[0].diagonal(), factors[1]
                 self._factors = factors
                 return True
-            k = system.jacobian()
-            lu, pivots, x, info = lapack.dgesv(k[:, free], e)
+            k = jacobian()
+            lu, pivots, x, info = _dgesv(k[:, free], e)
             if info != 0:
                 return False
             factors = lu, pivots, k
-            scaled = x if self._weights is None else x * self._weights
+            scaled = x if weights is None else x * weights
             step = math.sqrt(scaled.dot(scaled))
-            if self.labelled:
+            if labelled:
                 # The 2-norm is never smaller than the largest entry.
                 if not step <= CLAMP and (step := max(scaled.max(), -scaled.min())) > CLAMP:
                     x *= CLAMP / step

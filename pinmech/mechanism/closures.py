@@ -143,6 +143,10 @@ def sense_fault(loop: Loop, placement: pin.SE3) -> str | None:
     return None
 
 
+# Looked up once: these two are called a hundred thousand times a second.
+_jacobians, _concatenate = pin.computeJointJacobians, np.concatenate
+
+
 class ClosureSystem:
     """Residual, Jacobian and drift of all loops, with the scratch memory they need.
 
@@ -185,12 +189,14 @@ class ClosureSystem:
     def evaluate(self, q: Array) -> Array:
         """Residual (rows,) [m] at q (nq,); the Jacobian belongs to the last q evaluated."""
         model, data = self.model, self.data
-        pin.computeJointJacobians(model, data, q)
+        _jacobians(model, data, q)
         for calc, scratch in self._calcs:
             calc(model, data, scratch)
-        e = np.concatenate(self._errors)
-        self.residual = e if self._kept is None else e.take(self._kept)
-        return self.residual
+        e = _concatenate(self._errors)
+        if self._kept is not None:
+            e = e.take(self._kept)
+        self.residual = e
+        return e
 
     def jacobian(self) -> Array:
         """Closure Jacobian K (rows, nv) [m/rad, m/m] at the last evaluated q."""

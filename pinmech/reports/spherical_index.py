@@ -177,8 +177,8 @@ def _manipulability(table: PaperTable, mechanism: pm.Mechanism, found: list[Pane
         holds=share > 0.999,
         corrected=allowed < most - 0.05,
         why="beyond, a crank has passed its flat position, which the text rules out: the maxima "
-        "named above cannot be reached from home without passing one; the index there is that of closed states put "
-        "together beyond it",
+        "named above cannot be reached from home without passing a flat parallelogram; the index "
+        "there is that of closed states put together beyond it",
     )
     bad = [
         (float(GRID[i]), float(GRID[j]), p.s3, float(p.value[i, j]))

@@ -5,6 +5,8 @@ Twists are (velocity; angular velocity), wrenches (force; moment), both at a ref
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -18,6 +20,8 @@ from pinmech.errors import InputError, UnknownNameError
 from .robots import delta, stewart, upu
 
 Array = np.ndarray
+
+_load = functools.cache(pm.load)
 
 FORCES = np.vstack([np.eye(3), np.zeros((3, 3))])
 MOMENTS = np.vstack([np.zeros((3, 3)), np.eye(3)])
@@ -167,7 +171,7 @@ def test_finite_mobility_where_a_limb_degenerates(wrist: pm.Mechanism) -> None:
 )
 @settings(max_examples=25, derandomize=True, deadline=None)
 def test_reference_point_only_moves_the_coordinates(point: tuple[float, ...], name: str) -> None:
-    state = pm.load(name).home
+    state = _load(name).home
     origin, other = pm.limb_screws(state), pm.limb_screws(state, at=np.array(point))
     lever = np.array(point) - state.platform.translation
     hat = np.array([[0, -lever[2], lever[1]], [lever[2], 0, -lever[0]], [-lever[1], lever[0], 0]])

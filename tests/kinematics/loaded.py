@@ -1,4 +1,4 @@
-"""Mechanisms with friction, scales and uneven effort limits, at random states, under random loads."""
+"""Mechanisms with friction, scales and uneven limits; random states, motions and loads."""
 
 from __future__ import annotations
 
