@@ -24,6 +24,8 @@ Progress = Callable[[int, int], None]
 
 #: Points between two samples at which the interpolated drive Jacobian is examined.
 _BETWEEN = 16
+#: A pivot this much smaller than the largest one: the careful solver decides what is singular.
+_DOUBTFUL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -268,7 +270,7 @@ class _Lean:
         # which costs a thousand times the solve on a busy machine.
         lu, pivots, x, info = lapack.dgesv(k.take(free, axis=1), k.take(self._held, axis=1))
         diagonal = np.abs(lu.diagonal())
-        if info != 0 or diagonal.min() <= 1e-7 * diagonal.max():
+        if info != 0 or diagonal.min() <= _DOUBTFUL * diagonal.max():
             return False
         motion[free] = -x
         v = motion.dot(rate)

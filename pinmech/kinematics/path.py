@@ -21,7 +21,7 @@ from pinmech.kinematics.position import (
     output_rows,
     whole,
 )
-from pinmech.kinematics.solution import Path, Solution
+from pinmech.kinematics.solution import CONVERGED, Path, Solution
 from pinmech.kinematics.state import ClosedState
 from pinmech.kinematics.tracking import LONGEST_MOVE
 from pinmech.kinematics.warm import Warm
@@ -180,7 +180,7 @@ class _Runner:
         mechanism, total = self.mechanism, len(targets)
         finite = np.isfinite(targets).all(axis=1)
         orders = _orders(held)
-        last, streak, k = start, 0, 0
+        last, regular, streak, k = start, start, 0, 0
         if warm is not None:
             warm.calibrate(start)
         while k < total:
@@ -198,15 +198,20 @@ class _Runner:
                 done = self._sweep(warm, held, orders, range(k, end), last, streak)
                 if done:
                     k, streak, last = k + done, streak + done, self.q[k + done - 1]
+                    regular = last
                     if k == end:
                         continue
             answer = careful(targets[k], last)
+            if answer.status == "singular" and last is not regular:
+                # The last row is itself where branches meet: go on from the one before.
+                answer = careful(targets[k], regular)
             self.residual[k], self.iterations[k] = answer.residual, answer.iterations
             if answer.state is None:
                 self._fail(k, answer.status, answer.message)
                 streak = 0
             else:
                 last = self.q[k] = answer.state.q
+                regular = last if answer.message == CONVERGED else regular
                 self.success[k] = True
                 streak += 1
             if warm is not None:

@@ -25,7 +25,7 @@ from pinmech.kinematics.limbsolve import solve_limb, starts
 from pinmech.kinematics.memo import per_mechanism
 from pinmech.kinematics.motion import idle_freedoms, input_mobility, motions_at
 from pinmech.kinematics.scaling import scaled_closure_jacobian, selector, velocity_scale
-from pinmech.kinematics.solution import Solution, Status
+from pinmech.kinematics.solution import CONVERGED, Solution, Status
 from pinmech.kinematics.solver import (
     Pose,
     Problem,
@@ -36,7 +36,7 @@ from pinmech.kinematics.solver import (
     wrap_towards,
 )
 from pinmech.kinematics.state import CLOSED, ClosedState, close, output_values
-from pinmech.kinematics.tracking import JointLine, Line, PoseLine, follow
+from pinmech.kinematics.tracking import JointLine, Line, PoseLine, Tracked, follow
 from pinmech.kinematics.warm import Warm
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
@@ -145,14 +145,32 @@ class InverseSolver:
                 wrap_towards(mechanism, q, start, self.free)
                 if self._accept(q, start, strict=False):
                     return self._finish(q, count)
-        if alone is not None:
-            return alone
         if separates(mechanism):
-            return self._by_limb(target, start, count)
-        beyond = limit_breaches(mechanism, tracked.q) if tracked and tracked.arrived else []
-        if beyond and self.limits:
-            return self._fail("limit", f"needs {beyond[0]} {self._at(target)}", count)
+            alone = alone or self._by_limb(target, start, count)
+            # The labels of overconstrained limbs do not tell every branch apart: where the
+            # continuation did not get through, a solution found otherwise may be on another.
+            if self.trusted or tracked is None or not alone.success:
+                return alone
+        if tracked is not None and tracked.arrived and self.limits:
+            beyond = limit_breaches(mechanism, tracked.q)
+            if beyond:
+                return self._fail("limit", f"needs {beyond[0]} {self._at(target)}", count)
+        if tracked is not None and tracked.singular:
+            return self._singular(tracked, count, target)
         return self._search(target, start, count)
+
+    def _singular(self, tracked: Tracked, count: int, target: Array) -> Solution:
+        if tracked.s == 0.0:
+            message = (
+                "the guess is at a singularity, where the branches meet: it does not say on which "
+                f"of them to go {self._at(target)}; give another guess"
+            )
+        else:
+            message = (
+                f"the straight line of the outputs meets a singularity {100 * tracked.s:.4g} % of "
+                f"the way {self._at(target)}; the branches meet there"
+            )
+        return self._fail("singular", message, count)
 
     def _given(self, target: Array) -> Solution:
         """Where the outputs are all joints there are: do they close the loops?"""
@@ -287,11 +305,11 @@ class InverseSolver:
             return self._fail("not_converged", reason, count)
         if self.trusted:
             state.__dict__["_signs"] = self.signs
-        message = "converged" if quick else self._converged(q)
+        message = CONVERGED if quick else self._converged(q)
         return Solution(True, "ok", message, state.residual, count, state)
 
     def _converged(self, q: Array) -> str:
-        """``converged``, and which limbs are where two working modes meet."""
+        """CONVERGED, or which limbs are where two working modes meet."""
         self.system.evaluate(q)
         found, home = determinants(self.mechanism, self.system), home_determinants(self.mechanism)
         meeting = [
@@ -300,7 +318,7 @@ class InverseSolver:
             if abs(here) < 1e-6 * abs(there)
         ]
         if not meeting:
-            return "converged"
+            return CONVERGED
         return (
             f"converged at a type 1 singularity of limb {', '.join(meeting)}: its joints are not "
             "determined to first order there"
@@ -535,7 +553,7 @@ class ForwardSolver:
         state, reason = close(self.mechanism, q, self.system.data)
         if state is None:
             return self._fail("not_converged", reason, self._count)
-        return Solution(True, "ok", "converged", state.residual, self._count, state)
+        return Solution(True, "ok", CONVERGED, state.residual, self._count, state)
 
     def _solve_subset(
         self, subset: tuple[int, ...], wanted: Array, start: Array

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pinmech.errors import InputError, SingularError, UnknownNameError
-from pinmech.kinematics.arguments import Values, closed, vector
+from pinmech.kinematics.arguments import Values, closed, numbers, vector
 from pinmech.kinematics.motion import Motions, motions_at
 from pinmech.kinematics.scaling import (
     frame_twist,
@@ -258,7 +258,7 @@ def check_rates(mechanism: Mechanism, values: object, count: int, what: str) -> 
     Raises:
         InputError: wrong shape, or not numbers.
     """
-    out = np.asarray(values, dtype=float)
+    out = numbers(values, what.removesuffix("s"))
     if out.shape != (count, len(mechanism.outputs)):
         raise InputError(
             f"{what} must have shape ({count}, {len(mechanism.outputs)}), have {out.shape}"

@@ -25,6 +25,10 @@ Status = Literal[
 ]
 
 
+#: Message of a solution with nothing to be said about it.
+CONVERGED = "converged"
+
+
 @dataclass(frozen=True)
 class Solution:
     """Result of one forward or inverse solve.
@@ -33,7 +37,7 @@ class Solution:
         success: True when ``state`` answers the question asked.
         status: ``ok``, or why not: ``unreachable`` (no configuration closes the loops),
             ``wrong_mode`` (only other working modes do), ``limit`` (only beyond a joint limit),
-            ``singular`` (the way there meets a type 2 singularity), ``inconsistent`` (more
+            ``singular`` (the way there meets a singularity), ``inconsistent`` (more
             actuators given than needed, and they contradict each other), ``not_converged``.
         message: the reason, for a person.
         residual: largest loop gap over the characteristic length (dimensionless) at the end,
