@@ -3,10 +3,13 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help size test check lint types imports pytest modes bench clean
+.PHONY: help size size-all reproduce test check lint types imports pytest modes bench clean
+CASES := $(basename $(notdir $(wildcard scripts/cases/*.yaml)))
 
 help:
 	@echo "make size   torque and actuator sizing table of the antenna mechanism, into out/"
+	@echo "make size-all   the tables of all cases in scripts/cases"
+	@echo "make reproduce  every number that the four papers print, into out/reproduction"
 	@echo "make test   lint, types, import direction, generated files, tests"
 	@echo "make check  the committed URDFs, descriptions and trajectories are what the scripts write"
 	@echo "make modes  inverse kinematics of 20,000 random poses against the closed form"
@@ -28,6 +31,14 @@ $(VENV)/.test: pyproject.toml | $(VENV)/bin/python
 
 size: $(VENV)/.run
 	$(BIN)/pinmech size scripts/cases/antenna_relay.yaml --out out/antenna_relay
+
+size-all: $(addprefix size-,$(CASES))
+
+size-%: $(VENV)/.run
+	$(BIN)/pinmech size scripts/cases/$*.yaml --out out/$*
+
+reproduce: $(VENV)/.run
+	$(BIN)/pinmech reproduce --out out/reproduction
 
 test: lint types imports check pytest
 

@@ -101,15 +101,27 @@ class Antenna3RSU:
 
     def __post_init__(self) -> None:
         positive(
-            R=self.R, r=self.r, h=self.h, l1=self.l1, l2=self.l2, arm_width=self.arm_width,
-            arm_thickness=self.arm_thickness, rod_radius=self.rod_radius,
-            post_radius=self.post_radius, plate=self.plate, density=self.density,
-            dish_focal=self.dish_focal, dish_thickness=self.dish_thickness, effort=self.effort,
+            R=self.R,
+            r=self.r,
+            h=self.h,
+            l1=self.l1,
+            l2=self.l2,
+            arm_width=self.arm_width,
+            arm_thickness=self.arm_thickness,
+            rod_radius=self.rod_radius,
+            post_radius=self.post_radius,
+            plate=self.plate,
+            density=self.density,
+            dish_focal=self.dish_focal,
+            dish_thickness=self.dish_thickness,
+            effort=self.effort,
             velocity=self.velocity,
         )
         not_negative(
-            dish_radius=self.dish_radius, drive_friction=self.drive_friction,
-            drive_damping=self.drive_damping, passive_friction=self.passive_friction,
+            dish_radius=self.dish_radius,
+            drive_friction=self.drive_friction,
+            drive_damping=self.drive_damping,
+            passive_friction=self.passive_friction,
             passive_damping=self.passive_damping,
         )
         if self.strut not in ("universal", "spherical"):
@@ -176,8 +188,13 @@ class Antenna3RSU:
             joints += [
                 make_joint(f"rod{i}_u1", "platform", f"rod{i}_cross", at, Y, role=passive),
                 make_joint(
-                    f"rod{i}_u2", f"rod{i}_cross", f"rod{i}", placement(), Z,
-                    limits=(-half_turn, half_turn), role=passive,
+                    f"rod{i}_u2",
+                    f"rod{i}_cross",
+                    f"rod{i}",
+                    placement(),
+                    Z,
+                    limits=(-half_turn, half_turn),
+                    role=passive,
                 ),
                 fixed_joint(f"rod{i}", f"rod{i}_tip", placement((self.l2, 0, 0))),
             ]
@@ -209,11 +226,21 @@ class Antenna3RSU:
         solids = [
             cylinder((0, 0, low), (0, 0, floor), self.R + 0.03, "base", self.density, inset=0.0),
             cylinder(
-                (0, 0, floor), (0, 0, self.h - 0.008), self.post_radius, "base", self.density,
+                (0, 0, floor),
+                (0, 0, self.h - 0.008),
+                self.post_radius,
+                "base",
+                self.density,
                 inset=(0.0, 0.012),
             ),
-            cylinder((0, 0, floor), (0, 0, floor + 0.012), 2.5 * self.post_radius, "base",
-                     self.density, inset=0.0),
+            cylinder(
+                (0, 0, floor),
+                (0, 0, floor + 0.012),
+                2.5 * self.post_radius,
+                "base",
+                self.density,
+                inset=0.0,
+            ),
         ]
         side = 0.5 * self.arm_width + 0.004  # the motor stands beside its arm
         for azimuth in AZIMUTHS:
@@ -229,8 +256,16 @@ class Antenna3RSU:
     def _arm(self) -> list[Solid]:
         tip = (self.l1, 0.0, 0.0)
         return [
-            bar(ORIGIN, tip, self.arm_width, self.arm_thickness, Z, "driven", self.density,
-                inset=0.15 * self.l1),
+            bar(
+                ORIGIN,
+                tip,
+                self.arm_width,
+                self.arm_thickness,
+                Z,
+                "driven",
+                self.density,
+                inset=0.15 * self.l1,
+            ),
             pin(ORIGIN, Y, self.arm_width + 0.012, 0.005),
             sphere(tip, 0.75 * self.arm_width),
         ]
@@ -238,8 +273,14 @@ class Antenna3RSU:
     def _rod(self) -> list[Solid]:
         tip = (self.l2, 0.0, 0.0)
         return [
-            cylinder((0.06 * self.l2, 0, 0), tip, self.rod_radius, "rod", self.density,
-                     inset=(0.12 * self.l2, 0.12 * self.l2)),
+            cylinder(
+                (0.06 * self.l2, 0, 0),
+                tip,
+                self.rod_radius,
+                "rod",
+                self.density,
+                inset=(0.12 * self.l2, 0.12 * self.l2),
+            ),
             pin(ORIGIN, Z, self._pin_length, 0.004),
             sphere(tip, 0.5 * self.arm_width, "rod"),
         ]
@@ -248,8 +289,9 @@ class Antenna3RSU:
         lift = 0.016  # the plate lies above the plane of the joint centres
         top = lift + self.plate
         solids = [
-            cylinder((0, 0, lift), (0, 0, top), self.r + 0.012, "platform", self.density,
-                     inset=0.0),
+            cylinder(
+                (0, 0, lift), (0, 0, top), self.r + 0.012, "platform", self.density, inset=0.0
+            ),
             cylinder((0, 0, 0.004), (0, 0, lift), 0.8 * self.post_radius, "platform", self.density),
         ]
         for azimuth in AZIMUTHS:
@@ -258,16 +300,18 @@ class Antenna3RSU:
                 y = side * 0.5 * self._pin_length
                 centre = turn @ (self.r, y, 0.5 * lift)
                 solids.append(
-                    box(centre, (0.010, 0.003, lift), "platform", turn, self.density,
-                        collides=False)
+                    box(
+                        centre, (0.010, 0.003, lift), "platform", turn, self.density, collides=False
+                    )
                 )
         if self.dish_radius > 0.0:
             foot = (0.0, 0.0, top + 0.012)
             solids.append(
                 cylinder((0, 0, top), foot, 0.2 * self.dish_radius, "dish", self.density, inset=0.0)
             )
-            solids += dish(foot, self.dish_radius, self.dish_focal, self.dish_thickness,
-                           self.density)
+            solids += dish(
+                foot, self.dish_radius, self.dish_focal, self.dish_thickness, self.density
+            )
         return solids
 
     # -------------------------------------------------------------------------- the description

@@ -79,13 +79,21 @@ class Decoupled4R:
 
     def __post_init__(self) -> None:
         positive(
-            e=self.e, m=self.m, pivot=self.pivot, half=self.half, density=self.density,
-            effort1=self.effort1, velocity1=self.velocity1, effort2=self.effort2,
+            e=self.e,
+            m=self.m,
+            pivot=self.pivot,
+            half=self.half,
+            density=self.density,
+            effort1=self.effort1,
+            velocity1=self.velocity1,
+            effort2=self.effort2,
             velocity2=self.velocity2,
         )
         not_negative(
-            drive_friction=self.drive_friction, drive_damping=self.drive_damping,
-            passive_friction=self.passive_friction, passive_damping=self.passive_damping,
+            drive_friction=self.drive_friction,
+            drive_damping=self.drive_damping,
+            passive_friction=self.passive_friction,
+            passive_damping=self.passive_damping,
         )
         if len(self.elbow) != 2 or not all(math.isfinite(v) for v in self.elbow):
             raise InputError(f"elbow must be two finite numbers (x, y), not {self.elbow!r}")
@@ -126,7 +134,11 @@ class Decoupled4R:
                     "q2", "base", "crank", placement((self.pivot, 0, half)), across, role=drive2
                 ),
                 make_joint(
-                    "r10", "base", "follower", placement((self.pivot, 0, -half)), across,
+                    "r10",
+                    "base",
+                    "follower",
+                    placement((self.pivot, 0, -half)),
+                    across,
                     role=passive,
                 ),
                 make_joint("r7", "crank", "riser", tip, across, role=passive),
@@ -136,8 +148,13 @@ class Decoupled4R:
         )
         r6 = self.pivot + m  # x; R6 is the middle of the riser, whose frame is at R7
         chain = decoupled.chain_3r(
-            "riser", (0.0, 0.0, -half), (self.elbow[0] - r6, self.elbow[1]), (self.e - r6, 0.0),
-            0.0, self.density, passive,
+            "riser",
+            (0.0, 0.0, -half),
+            (self.elbow[0] - r6, self.elbow[1]),
+            (self.e - r6, 0.0),
+            0.0,
+            self.density,
+            passive,
         )
         for more_links, more_joints in (
             decoupled.pointing_leg(self.e, drive1, passive, self.density),
@@ -158,20 +175,38 @@ class Decoupled4R:
         top = (self.pivot, side, self.half + 0.014)
         return [
             *decoupled.column(floor, self.density),
-            box((0.5 * (far - 0.06), -0.01, floor - 0.005), (far + 0.06, 0.16, 0.010), "base",
-                None, self.density),
-            bar((self.pivot, side, floor), top, 0.028, 0.010, (1, 0, 0), "base", self.density,
-                inset=0.001),
-            cylinder((self.pivot, side - 0.045, self.half), (self.pivot, side - 0.005, self.half),
-                     0.018, "motor", self.density, inset=0.001),
+            box(
+                (0.5 * (far - 0.06), -0.01, floor - 0.005),
+                (far + 0.06, 0.16, 0.010),
+                "base",
+                None,
+                self.density,
+            ),
+            bar(
+                (self.pivot, side, floor),
+                top,
+                0.028,
+                0.010,
+                (1, 0, 0),
+                "base",
+                self.density,
+                inset=0.001,
+            ),
+            cylinder(
+                (self.pivot, side - 0.045, self.half),
+                (self.pivot, side - 0.005, self.half),
+                0.018,
+                "motor",
+                self.density,
+                inset=0.001,
+            ),
             pin((self.pivot, 0.5 * side, self.half), Y, -side, 0.005),
             pin((self.pivot, 0.5 * side, -self.half), Y, -side, 0.005),
         ]
 
     def _crank(self, paint: str) -> list[Solid]:
         return [
-            bar(ORIGIN, (self.m, 0, 0), 0.014, 0.008, Z, paint, self.density,
-                inset=0.012),
+            bar(ORIGIN, (self.m, 0, 0), 0.014, 0.008, Z, paint, self.density, inset=0.012),
             pin(ORIGIN, Y, 0.018, 0.006),
             pin((self.m, 0, 0), Y, 0.022, 0.004),
         ]
@@ -179,8 +214,16 @@ class Decoupled4R:
     def _riser(self) -> list[Solid]:
         low = (0.0, 0.0, -2.0 * self.half)
         return [
-            bar((0, 0.009, 0), (0, 0.009, low[2]), 0.012, 0.006, (1, 0, 0), "rod", self.density,
-                inset=0.012),
+            bar(
+                (0, 0.009, 0),
+                (0, 0.009, low[2]),
+                0.012,
+                0.006,
+                (1, 0, 0),
+                "rod",
+                self.density,
+                inset=0.012,
+            ),
             pin((0, 0, -self.half), Z, 0.020, 0.005),
         ]
 

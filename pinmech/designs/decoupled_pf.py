@@ -80,13 +80,20 @@ class DecoupledPF:
 
     def __post_init__(self) -> None:
         positive(
-            e=self.e, stroke=self.stroke, drop=self.drop, density=self.density,
-            effort1=self.effort1, velocity1=self.velocity1, effort2=self.effort2,
+            e=self.e,
+            stroke=self.stroke,
+            drop=self.drop,
+            density=self.density,
+            effort1=self.effort1,
+            velocity1=self.velocity1,
+            effort2=self.effort2,
             velocity2=self.velocity2,
         )
         not_negative(
-            drive_friction=self.drive_friction, drive_damping=self.drive_damping,
-            passive_friction=self.passive_friction, passive_damping=self.passive_damping,
+            drive_friction=self.drive_friction,
+            drive_damping=self.drive_damping,
+            passive_friction=self.passive_friction,
+            passive_damping=self.passive_damping,
         )
         if self.pair not in PAIRS:
             raise InputError(f"pair must be one of {', '.join(PAIRS)}, not {self.pair!r}")
@@ -108,8 +115,14 @@ class DecoupledPF:
             [make_link("slider", self._slider())],
             [
                 make_joint(
-                    "q2", "base", "slider", placement(), Z, "prismatic",
-                    (-self.stroke, self.stroke), linear,
+                    "q2",
+                    "base",
+                    "slider",
+                    placement(),
+                    Z,
+                    "prismatic",
+                    (-self.stroke, self.stroke),
+                    linear,
                 )
             ],
         )
@@ -129,7 +142,11 @@ class DecoupledPF:
             ]
             joints = [
                 make_joint(
-                    "r3", "platform", "coupler", placement((e, 0, 0)), decoupled.ACROSS,
+                    "r3",
+                    "platform",
+                    "coupler",
+                    placement((e, 0, 0)),
+                    decoupled.ACROSS,
                     role=passive,
                 ),
                 fixed_joint("coupler", "coupler_pad", placement((reach, 0, -self.drop))),
@@ -139,8 +156,13 @@ class DecoupledPF:
         frames = decoupled.r3_frames(e)
         if self.pair == "3R":
             links, joints = decoupled.chain_3r(
-                "slider", (3.0 * e, 0.0, 0.0), (2.0 * e, 1.5 * e), (e, 0.0), self.drop,
-                self.density, passive,
+                "slider",
+                (3.0 * e, 0.0, 0.0),
+                (2.0 * e, 1.5 * e),
+                (e, 0.0),
+                self.drop,
+                self.density,
+                passive,
             )
         elif self.pair == "PPR":
             links, joints = self._ppr(passive)
@@ -151,8 +173,16 @@ class DecoupledPF:
     def _ppr(self, passive: Passive) -> decoupled.Built:
         e, low = self.e, -self.drop
         beam = [
-            bar((0, -1.2 * e, low), (0, 1.2 * e, low), 0.012, 0.008, (1, 0, 0), "rod",
-                self.density, inset=0.02),
+            bar(
+                (0, -1.2 * e, low),
+                (0, 1.2 * e, low),
+                0.012,
+                0.008,
+                (1, 0, 0),
+                "rod",
+                self.density,
+                inset=0.02,
+            ),
         ]
         block = [box((0, 0, low + 0.008), (0.024, 0.024, 0.008), "rod", None, self.density, False)]
         links = [
@@ -165,8 +195,14 @@ class DecoupledPF:
         joints = [
             make_joint("f1", "slider", "carriage", at, (1, 0, 0), "prismatic", travel, passive),
             make_joint(
-                "f2", "carriage", "cross_slide", placement(), Y, "prismatic",
-                (-1.2 * e, 1.2 * e), passive,
+                "f2",
+                "carriage",
+                "cross_slide",
+                placement(),
+                Y,
+                "prismatic",
+                (-1.2 * e, 1.2 * e),
+                passive,
             ),
             make_joint("f3", "cross_slide", "coupler", placement(), Z, role=passive),
         ]
@@ -190,8 +226,14 @@ class DecoupledPF:
         joints = [
             make_joint("f1", "slider", "swivel", placement((2.2 * e, 0, 0)), Z, role=passive),
             make_joint(
-                "f2", "swivel", "ram", placement((-1.2 * e, 0, 0)), (-1, 0, 0), "prismatic",
-                (-0.2 * e, 2.2 * e), passive,
+                "f2",
+                "swivel",
+                "ram",
+                placement((-1.2 * e, 0, 0)),
+                (-1, 0, 0),
+                "prismatic",
+                (-0.2 * e, 2.2 * e),
+                passive,
             ),
             make_joint("f3", "ram", "coupler", placement(), Z, role=passive),
         ]
@@ -221,8 +263,14 @@ class DecoupledPF:
             *decoupled.column(floor, self.density),
             box((centre, 0, floor - 0.005), (length, 0.20, 0.010), "base", None, self.density),
             box((self._rail, 0, top), (0.02, 0.10, 0.010), "base", None, self.density),
-            cylinder((self._rail, 0, floor), (self._rail, 0, floor + 0.04), 0.018, "motor",
-                     self.density, inset=0.001),
+            cylinder(
+                (self._rail, 0, floor),
+                (self._rail, 0, floor + 0.04),
+                0.018,
+                "motor",
+                self.density,
+                inset=0.001,
+            ),
         ]
         for side in (-0.04, 0.04):
             foot, head = (self._rail, side, floor), (self._rail, side, top)
@@ -235,13 +283,16 @@ class DecoupledPF:
         if self.pair == "F":
             near, far = 0.45 * e, x - 0.012
             centre = (0.5 * (near + far), 0.0, low - 0.004)
-            solids.append(
-                box(centre, (far - near, 3.6 * e, 0.008), "driven", None, self.density)
-            )
+            solids.append(box(centre, (far - near, 3.6 * e, 0.008), "driven", None, self.density))
         elif self.pair == "PPR":
             solids.append(
-                box((x - 0.018, 0, low - 0.014), (0.012, 2.4 * e, 0.012), "driven", None,
-                    self.density)
+                box(
+                    (x - 0.018, 0, low - 0.014),
+                    (0.012, 2.4 * e, 0.012),
+                    "driven",
+                    None,
+                    self.density,
+                )
             )
             for side in (-1.1 * e, 1.1 * e):
                 a, b = (-0.1 * e, side, low - 0.011), (x - 0.012, side, low - 0.011)
@@ -249,8 +300,15 @@ class DecoupledPF:
         else:
             pivot = 2.2 * e if self.pair == "RPR" else 3.0 * e
             solids.append(
-                bar((pivot, 0, low - 0.010), (x, 0, low - 0.010), 0.02, 0.008, Y, "driven",
-                    self.density)
+                bar(
+                    (pivot, 0, low - 0.010),
+                    (x, 0, low - 0.010),
+                    0.02,
+                    0.008,
+                    Y,
+                    "driven",
+                    self.density,
+                )
             )
         return solids
 
@@ -258,11 +316,25 @@ class DecoupledPF:
         reach, low = self._reach, -self.drop
         return [
             pin(ORIGIN, Y, 0.030, 0.003),
-            bar((0.010, 0, 0), (reach, 0, 0), 0.012, 0.008, Y, "rod", self.density,
-                inset=(0.006, 0.0)),
+            bar(
+                (0.010, 0, 0),
+                (reach, 0, 0),
+                0.012,
+                0.008,
+                Y,
+                "rod",
+                self.density,
+                inset=(0.006, 0.0),
+            ),
             cylinder((reach, 0, low + 0.006), (reach, 0, 0), 0.006, "rod", self.density, inset=0.0),
-            cylinder((reach, 0, low), (reach, 0, low + 0.006), 0.016, "joint", self.density,
-                     inset=(0.001, 0.0)),
+            cylinder(
+                (reach, 0, low),
+                (reach, 0, low + 0.006),
+                0.016,
+                "joint",
+                self.density,
+                inset=(0.001, 0.0),
+            ),
         ]
 
     # -------------------------------------------------------------------------- the description

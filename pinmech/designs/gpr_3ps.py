@@ -83,11 +83,20 @@ class GPR3PS:
     drive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(R=self.R, q_home=self.q_home, q_upper=self.q_upper,
-                 slider_travel=self.slider_travel, density=self.density, effort=self.effort,
-                 velocity=self.velocity)
-        not_negative(q_lower=self.q_lower, drive_friction=self.drive_friction,
-                     drive_damping=self.drive_damping)
+        positive(
+            R=self.R,
+            q_home=self.q_home,
+            q_upper=self.q_upper,
+            slider_travel=self.slider_travel,
+            density=self.density,
+            effort=self.effort,
+            velocity=self.velocity,
+        )
+        not_negative(
+            q_lower=self.q_lower,
+            drive_friction=self.drive_friction,
+            drive_damping=self.drive_damping,
+        )
         if not self.q_lower <= self.q_home <= self.q_upper:
             raise InputError(
                 f"q_home = {self.q_home:g} m must lie within q_lower = {self.q_lower:g} and "
@@ -137,8 +146,16 @@ class GPR3PS:
                 joints.append(fixed_joint("platform", f"platform_p{k}", at))
             links.append(make_link(f"rod{k}", self._rod()))
             joints.append(
-                make_joint(f"q{k}", "base", f"rod{k}", at, Z, "prismatic",
-                           (self.q_lower, self.q_upper), drive)
+                make_joint(
+                    f"q{k}",
+                    "base",
+                    f"rod{k}",
+                    at,
+                    Z,
+                    "prismatic",
+                    (self.q_lower, self.q_upper),
+                    drive,
+                )
             )
         return urdf_text(name, links, joints, "pinmech/designs/gpr_3ps.py")
 
@@ -148,10 +165,14 @@ class GPR3PS:
         return [sphere(ORIGIN, 0.003, "platform", STEEL)]
 
     def _platform(self) -> list[Solid]:
-        solids = [cylinder((0, 0, 0.010), (0, 0, 0.020), 0.55 * self.R, "platform", self.density,
-                           inset=0.0),
-                  cylinder((0, 0, 0.020), (0, 0, 0.050), 0.30 * self.R, "platform", self.density,
-                           inset=0.0)]
+        solids = [
+            cylinder(
+                (0, 0, 0.010), (0, 0, 0.020), 0.55 * self.R, "platform", self.density, inset=0.0
+            ),
+            cylinder(
+                (0, 0, 0.020), (0, 0, 0.050), 0.30 * self.R, "platform", self.density, inset=0.0
+            ),
+        ]
         for azimuth in AZIMUTHS:
             turn = rotation("z", azimuth)
             a, b = turn @ (0.3 * self.R, 0.0, 0.012), turn @ (1.15 * self.R, 0.0, 0.012)

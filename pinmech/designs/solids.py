@@ -274,14 +274,18 @@ def dish(
     rim, feed = 0.75 * radius, (x0, y0, z0 + focal)
     for k in range(3):
         angle = math.pi / 3.0 + 2.0 * math.pi * k / 3.0
-        root = (
-            x0 + rim * math.cos(angle), y0 + rim * math.sin(angle), z0 + rim**2 / (4.0 * focal)
-        )
+        root = (x0 + rim * math.cos(angle), y0 + rim * math.sin(angle), z0 + rim**2 / (4.0 * focal))
         solids.append(cylinder(root, feed, 0.012 * radius, "rod", density, inset=(0.0, 0.0)))
     horn = 0.08 * radius
     solids.append(
-        cylinder((x0, y0, feed[2] - horn), (x0, y0, feed[2] + horn), 0.6 * horn, "motor", density,
-                 inset=0.0)
+        cylinder(
+            (x0, y0, feed[2] - horn),
+            (x0, y0, feed[2] + horn),
+            0.6 * horn,
+            "motor",
+            density,
+            inset=0.0,
+        )
     )
     return solids
 

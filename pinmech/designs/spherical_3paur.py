@@ -103,11 +103,19 @@ class Spherical3PaUR:
     passive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(r0=self.r0, l0=self.l0, ab=self.ab, density=self.density, effort=self.effort,
-                 velocity=self.velocity)
+        positive(
+            r0=self.r0,
+            l0=self.l0,
+            ab=self.ab,
+            density=self.density,
+            effort=self.effort,
+            velocity=self.velocity,
+        )
         not_negative(
-            crank_margin=self.crank_margin, drive_friction=self.drive_friction,
-            drive_damping=self.drive_damping, passive_friction=self.passive_friction,
+            crank_margin=self.crank_margin,
+            drive_friction=self.drive_friction,
+            drive_damping=self.drive_damping,
+            passive_friction=self.passive_friction,
             passive_damping=self.passive_damping,
         )
         if self.cut not in CUTS:
@@ -152,8 +160,9 @@ class Spherical3PaUR:
             at = placement(turn @ (self.l0, 0.0, 0.0), turn)
             links.append(make_link(f"crank{i}", self._crank("driven")))
             joints.append(
-                make_joint(f"crank{i}", "base", f"crank{i}", at, Z, limits=(-limit, limit),
-                           role=drive)
+                make_joint(
+                    f"crank{i}", "base", f"crank{i}", at, Z, limits=(-limit, limit), role=drive
+                )
             )
             forward = i == 1 or self.cut == "platform"
             more_links, more_joints = (self._outward if forward else self._inward)(i, passive)
@@ -251,8 +260,16 @@ class Spherical3PaUR:
     def _coupler(self) -> list[Solid]:
         end = (-self.l0, 0.0, 0.0)
         return [
-            bar((0, 0, 0.008), (-self.l0 + 0.014, 0, 0.008), 0.012, 0.005, Y, "rod", self.density,
-                inset=(0.012, 0.006)),
+            bar(
+                (0, 0, 0.008),
+                (-self.l0 + 0.014, 0, 0.008),
+                0.012,
+                0.005,
+                Y,
+                "rod",
+                self.density,
+                inset=(0.012, 0.006),
+            ),
             box((-self.l0 + 0.010, 0, 0), (0.006, 0.012, 0.021), "rod", None, self.density, False),
             pin(end, Z, 0.022, 0.003),
         ]
@@ -295,23 +312,43 @@ class Spherical3PaUR:
         foot = -2.9 * self.r0 * away
         out.append(cylinder(foot - 0.01 * away, foot, 0.05, "base", self.density, inset=0.0))
         for turn in axes:
+
             def limb(x: float, y: float, z: float, turn: Array = turn) -> Array:
                 return np.array(turn @ (x, y, z))
 
             low = -0.05
             middle = self.l0 - 0.5 * self.ab
             out.append(
-                box(limb(middle, low, 0.0), (self.ab + 0.04, 0.016, 0.02), "base", turn,
-                    self.density)
+                box(
+                    limb(middle, low, 0.0),
+                    (self.ab + 0.04, 0.016, 0.02),
+                    "base",
+                    turn,
+                    self.density,
+                )
             )
             for x in (self.l0, self.l0 - self.ab):
                 out.append(
-                    bar(limb(x, low, -0.010), limb(x, 0.006, -0.010), 0.014, 0.006, turn[:, 0],
-                        "base", self.density, inset=(0.0, 0.004))
+                    bar(
+                        limb(x, low, -0.010),
+                        limb(x, 0.006, -0.010),
+                        0.014,
+                        0.006,
+                        turn[:, 0],
+                        "base",
+                        self.density,
+                        inset=(0.0, 0.004),
+                    )
                 )
             out += [
-                cylinder(limb(self.l0, 0.0, -0.013), limb(self.l0, 0.0, -0.045), 0.014, "motor",
-                         self.density, inset=0.001),
+                cylinder(
+                    limb(self.l0, 0.0, -0.013),
+                    limb(self.l0, 0.0, -0.045),
+                    0.014,
+                    "motor",
+                    self.density,
+                    inset=0.001,
+                ),
                 cylinder(foot, limb(middle, low, 0.0), 0.007, "base", self.density, inset=0.0),
             ]
         return out

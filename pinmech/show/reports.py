@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from pinmech.actuation.case import Case, load_case_file
 from pinmech.actuation.sizing import size_actuators
 from pinmech.actuation.sizing_table import SizingTable
-from pinmech.errors import InputError, MissingExtraError
+from pinmech.errors import InputError
 from pinmech.show.plots import save_torque_plots
+from pinmech.show.progress import progress_bar
 from pinmech.show.tables import print_table
 
 if TYPE_CHECKING:
@@ -26,19 +27,8 @@ def size_with_bar(case: Case | str | Path, to: Console) -> SizingTable:
     Raises:
         MissingExtraError: rich is not installed.
     """
-    try:
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
-    except ImportError:
-        raise MissingExtraError("rich", "cli") from None
-    columns = TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn()
-    with Progress(*columns, console=to, transient=True) as bar:
-        task = bar.add_task("reading", total=None)
-        return size_actuators(
-            case,
-            progress=lambda done, total, label: bar.update(
-                task, completed=done, total=total, description=label
-            ),
-        )
+    with progress_bar(to) as progress:
+        return size_actuators(case, progress=progress)
 
 
 def write_report(table: SizingTable, folder: str | Path) -> list[Path]:

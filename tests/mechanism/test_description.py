@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small import joint_text, link_text
+from small import joint_text, link_text, rotation
 
 import pinmech as pm
 from pinmech.errors import DescriptionError, InputError, PinmechError, UnknownNameError
+from pinmech.mechanism.closures import ROWS, ClosureSystem
 from pinmech.mechanism.spec import json_schema
 
 DESCRIPTION = """\
@@ -742,6 +743,48 @@ outputs: {kind: joints, names: [slide]}
         state = pm.verify_closed(mech, [0.7, 0.3])
         np.testing.assert_allclose(state.platform.translation, [0.7, 0, 0], atol=1e-15)
         assert math.atan2(*state.platform.rotation[1::-1, 0]) == pytest.approx(0.3)
+
+
+# --- what becomes of frames and loops -----------------------------------------------------------
+
+
+def test_frames_are_placed_on_their_bodies() -> None:
+    """A link on a fixed joint that is turned, and an offset in that link's own axes."""
+    urdf = changed(
+        URDF, ('<origin xyz="-0.03 -0.25 0"/>', '<origin xyz="-0.03 -0.25 0" rpy="0.3 -0.4 0.5"/>')
+    )
+    fixed = np.eye(4)
+    fixed[:3, :3], fixed[:3, 3] = rotation(0.3, -0.4, 0.5), (-0.03, -0.25, 0.0)
+    offset = np.eye(4)
+    offset[:3, :3], offset[:3, 3] = rotation(0.7, 0.2, -1.1), (0.01, 0.02, -0.03)
+    frame = "{link: tip, xyz: [0.01, 0.02, -0.03], rpy: [0.7, 0.2, -1.1]}"
+    x, y, z = (fixed @ offset)[:3, 3] + [0.33, 0.25, 0.0]
+    text = changed(
+        DESCRIPTION,
+        ("type: revolute", "type: spherical"),
+        ("[tip,", f"[{frame},"),
+        ("[0.3, 0.0, 0.0]", repr([float(x), float(y), float(z)])),
+    )
+    mech = pm.from_text(text, urdf)
+    first, second = mech.loops["pin"].frames
+    assert mech.model.names[first.joint] == "knee"
+    assert second.joint == 0
+    np.testing.assert_allclose(first.placement.homogeneous, fixed @ offset, atol=1e-15)
+    np.testing.assert_allclose(mech.frames["tip"].placement.homogeneous, fixed, atol=1e-15)
+    np.testing.assert_allclose(mech.home.q, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", pm.mechanisms())
+def test_loops_own_the_rows_one_after_the_other(name: str) -> None:
+    mech = pm.load(name)
+    k, end = pm.closure_jacobian(mech.home), 0
+    for loop in mech.loops.values():
+        assert (loop.rows.start, loop.rows.stop) == (end, end + ROWS[loop.type])
+        end = loop.rows.stop
+        alone = ClosureSystem(mech.model, [loop], mech.length)
+        alone.evaluate(mech.home.q)
+        np.testing.assert_allclose(alone.jacobian(), k[loop.rows], atol=1e-14)
+    assert end == len(k)
 
 
 # --- limits -------------------------------------------------------------------------------------
