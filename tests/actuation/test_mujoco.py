@@ -197,7 +197,7 @@ def test_torques_agree_with_mujoco(name: str) -> None:
             found = np.array(list(r.torques.values()))
             off = np.abs(found - expected).max() / np.abs(expected).max()
             worst = max(worst, float(off))
-    assert worst < 1e-6
+    assert worst < 1e-9  # measured: 3e-12
 
 
 @pytest.mark.parametrize("name", NAMES)
