@@ -1,7 +1,7 @@
 """Write urdf/*.urdf and loops/*.yaml from the designs, or check that they are up to date.
 
-    python scripts/make_designs.py            write the files
-    python scripts/make_designs.py --check    name the files that differ; exit 1 if any does
+python scripts/make_designs.py            write the files
+python scripts/make_designs.py --check    name the files that differ; exit 1 if any does
 """
 
 from __future__ import annotations

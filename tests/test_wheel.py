@@ -16,9 +16,7 @@ def test_wheel_works_from_any_folder(tmp_path: Path) -> None:
     elsewhere.mkdir()
     subprocess.run([*pip, "wheel", "--no-deps", "-w", str(dist), str(ROOT)], check=True)
     (wheel,) = dist.glob("pinmech-*.whl")
-    subprocess.run(
-        [*pip, "install", "--no-deps", "--target", str(target), str(wheel)], check=True
-    )
+    subprocess.run([*pip, "install", "--no-deps", "--target", str(target), str(wheel)], check=True)
     script = (
         "import pinmech as pm, pathlib, sys\n"
         f"assert pathlib.Path(pm.__file__).is_relative_to({str(target)!r}), pm.__file__\n"

@@ -183,11 +183,11 @@ def _finite(
             direction = found.basis @ mix
             problem = _Along(mechanism, free, q, direction, _STEP)
             ahead = q + _STEP * scale * direction
+            # Redundant rows contradict each other off the closed points, where a plain Newton
+            # step would go far astray.
+            minimise(problem, system, ahead, iterations=40)
             if not newton(problem, system, ahead, iterations=15).converged:
-                ahead = q + _STEP * scale * direction
-                minimise(problem, system, ahead, iterations=40)
-                if not newton(problem, system, ahead, iterations=15).converged:
-                    continue
+                continue
             moved = (ahead - q) / scale
             size = float(np.linalg.norm(moved))
             if size > _STEP / _KEPT or close(mechanism, ahead, system.data)[0] is None:

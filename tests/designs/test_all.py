@@ -114,7 +114,10 @@ def test_text_is_stable_and_free_of_noise(tree: Tree) -> None:
 def test_committed_files_are_current() -> None:
     run = subprocess.run(
         [sys.executable, str(ROOT / "scripts/make_designs.py"), "--check"],
-        capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT), "PATH": ""},
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(ROOT), "PATH": ""},
     )
     assert run.returncode == 0, run.stdout + run.stderr
 
@@ -128,7 +131,10 @@ def test_check_names_the_stale_files(tmp_path: Path) -> None:
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, str(script), *arguments],
-            capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT), "PATH": ""},
+            capture_output=True,
+            text=True,
+            check=False,
+            env={"PYTHONPATH": str(ROOT), "PATH": ""},
         )
 
     assert run().returncode == 0
@@ -140,7 +146,8 @@ def test_check_names_the_stale_files(tmp_path: Path) -> None:
     result = run("--check")
     assert result.returncode == 1
     assert [line.split()[-1] for line in result.stdout.splitlines()] == [
-        "loops/decoupled_4r.yaml", "urdf/gpr_3ps.urdf",
+        "loops/decoupled_4r.yaml",
+        "urdf/gpr_3ps.urdf",
     ]
 
 

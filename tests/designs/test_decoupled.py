@@ -84,8 +84,14 @@ def crank_joints(
     home = [(pivot + m, 0.0), elbow, (e, 0.0)]
     r6, r5, total = two_bar((pivot + m * math.cos(q2), 0.0), (x, y), home)
     return {
-        "theta1": theta1, "theta2": theta2, "q2": q2, "r10": q2, "r7": -q2,
-        "r6": r6, "r5": r5, "r4": theta1 - total,
+        "theta1": theta1,
+        "theta2": theta2,
+        "q2": q2,
+        "r10": q2,
+        "r7": -q2,
+        "r6": r6,
+        "r5": r5,
+        "r4": theta1 - total,
     }
 
 
@@ -114,10 +120,18 @@ def test_places_of_the_axes() -> None:
     tree = Tree(DESIGNS["decoupled_4r"]())
     place = tree.place(tree.home())
     expected = {
-        "coupler_r3": (100, 0, 0), "platform_r3": (100, 0, 0), "coupler": (100, 0, 0),
-        "link54": (200, 150, 0), "link65": (300, 0, 0), "riser": (300, 0, 40),
-        "riser_r8": (300, 0, -40), "follower_r8": (300, 0, -40), "crank": (200, 0, 40),
-        "follower": (200, 0, -40), "yoke": (0, 0, 0), "platform": (0, 0, 0),
+        "coupler_r3": (100, 0, 0),
+        "platform_r3": (100, 0, 0),
+        "coupler": (100, 0, 0),
+        "link54": (200, 150, 0),
+        "link65": (300, 0, 0),
+        "riser": (300, 0, 40),
+        "riser_r8": (300, 0, -40),
+        "follower_r8": (300, 0, -40),
+        "crank": (200, 0, 40),
+        "follower": (200, 0, -40),
+        "yoke": (0, 0, 0),
+        "platform": (0, 0, 0),
     }
     for link, xyz in expected.items():
         np.testing.assert_allclose(place[link].translation, np.array(xyz) / 1e3, atol=1e-13)

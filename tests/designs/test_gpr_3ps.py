@@ -47,7 +47,11 @@ def pose(z: float, alpha: float, beta: float) -> tuple[dict[str, float], np.ndar
     first = turn.T @ (points[0] - centre)
     assert abs(plane[2]) < 1e-15
     values = {
-        "z": z, "alpha": alpha, "beta": beta, "px": plane[0], "py": plane[1],
+        "z": z,
+        "alpha": alpha,
+        "beta": beta,
+        "px": plane[0],
+        "py": plane[1],
         "yaw": math.atan2(first[1], first[0]),
     }
     values |= {f"q{k + 1}": q[k] for k in range(3)}

@@ -23,9 +23,11 @@ POINTS = [
 def integral(shape: tuple[str, tuple[float, ...]], pose: np.ndarray, n: int = 60) -> np.ndarray:
     """Mean of x xᵀ over a primitive (4, 4, homogeneous), by the midpoint rule on a grid."""
     kind, size = shape
-    half = {"box": lambda: [s / 2 for s in size],
-            "cylinder": lambda: [size[0], size[0], size[1] / 2],
-            "sphere": lambda: [size[0]] * 3}[kind]()
+    half = {
+        "box": lambda: [s / 2 for s in size],
+        "cylinder": lambda: [size[0], size[0], size[1] / 2],
+        "sphere": lambda: [size[0]] * 3,
+    }[kind]()
     axes = [(np.arange(n) + 0.5) / n * 2 * h - h for h in half]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     if kind == "cylinder":
@@ -105,8 +107,10 @@ def test_cylinder_lies_between_its_points(a: tuple[float, ...], b: tuple[float, 
     assert solid.collision is not None
     (_, (radius, length)), pose = solid.collision
     assert radius < 0.01
-    near, far = (min(np.linalg.norm(pose[:3, 3] + s * length / 2 * pose[:3, 2] - p)
-                     for s in (-1, 1)) for p in (a, b))
+    near, far = (
+        min(np.linalg.norm(pose[:3, 3] + s * length / 2 * pose[:3, 2] - p) for s in (-1, 1))
+        for p in (a, b)
+    )
     assert near == pytest.approx(0.02)
     assert far == pytest.approx(0.05)
 
@@ -193,8 +197,13 @@ def test_urdf_keeps_placements(  # Euler angles near and at 90 degrees included
 ) -> None:
     rng = np.random.default_rng(7)
     turns = [pin.exp3(rng.normal(size=3)) for _ in range(20)]
-    turns += [solids.rotation(a, s * math.pi / 2) @ solids.rotation(b, angle)
-              for a in "xyz" for b in "xyz" for s in (-1, 1) for angle in (0.0, 0.7, math.pi / 2)]
+    turns += [
+        solids.rotation(a, s * math.pi / 2) @ solids.rotation(b, angle)
+        for a in "xyz"
+        for b in "xyz"
+        for s in (-1, 1)
+        for angle in (0.0, 0.7, math.pi / 2)
+    ]
     turns += [solids.rotation("y", math.pi / 2 - 1e-9), solids.rotation("y", math.pi / 2 - 1e-13)]
     ball = [solids.sphere((0, 0, 0), 0.1)]
     links = [parts.make_link("base", ball)]
@@ -203,8 +212,9 @@ def test_urdf_keeps_placements(  # Euler angles near and at 90 degrees included
     for k, turn in enumerate(turns):
         places.append(solids.placement(rng.normal(size=3), turn))
         links.append(parts.make_link(f"l{k}", ball))
-        joints.append(parts.make_joint(f"j{k}", "base", f"l{k}", places[-1], solids.Z,
-                                       limits=(-1, 1)))
+        joints.append(
+            parts.make_joint(f"j{k}", "base", f"l{k}", places[-1], solids.Z, limits=(-1, 1))
+        )
     model = pin.buildModelFromXML(parts.urdf_text("many", links, joints, "a test"))
     for k, place in enumerate(places):
         got = model.jointPlacements[model.getJointId(f"j{k}")].homogeneous

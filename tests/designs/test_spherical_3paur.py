@@ -33,9 +33,7 @@ def rodrigues(s: np.ndarray) -> np.ndarray:
     hat = np.array([[0, -s[2], s[1]], [s[2], 0, -s[0]], [-s[1], s[0], 0]])
     if theta == 0.0:
         return np.eye(3)
-    return (
-        np.eye(3) + math.sin(theta) / theta * hat + (1 - math.cos(theta)) / theta**2 * hat @ hat
-    )
+    return np.eye(3) + math.sin(theta) / theta * hat + (1 - math.cos(theta)) / theta**2 * hat @ hat
 
 
 def limb_axes(lines: tuple[tuple[float, ...], ...]) -> list[np.ndarray]:
@@ -60,8 +58,9 @@ def joints(design: Spherical3PaUR, orientation: np.ndarray) -> dict[str, float]:
         w = axes.T @ orientation @ axes[:, 0]  # in limb axes; at home (1, 0, 0)
         crank = math.atan2(w[1], w[0])
         rise = math.asin(w[2])
-        up = np.array([[math.cos(rise), 0, -math.sin(rise)], [0, 1, 0],
-                       [math.sin(rise), 0, math.cos(rise)]])
+        up = np.array(
+            [[math.cos(rise), 0, -math.sin(rise)], [0, 1, 0], [math.sin(rise), 0, math.cos(rise)]]
+        )
         roll = (about_z(crank) @ up).T @ axes.T @ orientation @ axes  # about x of the arm
         angle = math.atan2(roll[2, 1], roll[2, 2])
         forward = i == 1 or design.cut == "platform"
@@ -99,8 +98,11 @@ def test_table_1(row: tuple[float, ...]) -> None:
     s, phi = np.deg2rad(row[:3]), np.deg2rad(row[3:])
     value = joints(design, rodrigues(s))
     for i, actuator in enumerate(tree.description["actuators"]):
-        assert actuator == {"name": f"crank{i + 1}", "joint": f"crank{i + 1}",
-                            "offset": -math.pi / 2}
+        assert actuator == {
+            "name": f"crank{i + 1}",
+            "joint": f"crank{i + 1}",
+            "offset": -math.pi / 2,
+        }
         got = value[actuator["joint"]] + actuator["offset"]
         assert got == pytest.approx(phi[i], abs=math.radians(2e-4))
     # and the mechanism assembles with the printed angles, as exactly as they are rounded
@@ -119,9 +121,7 @@ def test_formula_12_has_the_sense_of_the_joints() -> None:
     for s in np.random.default_rng(2).uniform(-0.6, 0.6, size=(10, 3)):
         turn = rodrigues(s)
         w1, w2, w3 = turn[:, 1], turn[:, 2], turn[:, 0]
-        phi = [
-            math.atan2(-w1[1], w1[2]), math.atan2(-w2[2], w2[0]), math.atan2(-w3[0], w3[1])
-        ]
+        phi = [math.atan2(-w1[1], w1[2]), math.atan2(-w2[2], w2[0]), math.atan2(-w3[0], w3[1])]
         value = joints(design, turn)
         assert [value[f"crank{i}"] - math.pi / 2 for i in (1, 2, 3)] == pytest.approx(phi)
 
@@ -131,13 +131,23 @@ def test_places_at_home(cut: str) -> None:
     """A, B, C, D, U of every limb in mm; the limbs follow by turning the axes round."""
     tree = Tree(Spherical3PaUR(cut=cut).build("x"))
     place = tree.place(tree.home())
-    points = {"A": (0, 238.2, 0), "B": (0, 178.2, 0), "D": (0, 238.2, 80), "C": (0, 178.2, 80),
-              "U": (0, 0, 80), "O": (0, 0, 0)}
+    points = {
+        "A": (0, 238.2, 0),
+        "B": (0, 178.2, 0),
+        "D": (0, 238.2, 80),
+        "C": (0, 178.2, 80),
+        "U": (0, 0, 80),
+        "O": (0, 0, 0),
+    }
     for i in (1, 2, 3):
         at = {k: np.roll(np.array(v) / 1e3, i - 1) for k, v in points.items()}
         forward = cut == "platform" or i == 1
-        expected = {f"crank{i}": "A", f"cross{i}": "U", f"coupler{i}": "D" if forward else "U",
-                    f"arm{i}": "U" if forward else "O"}
+        expected = {
+            f"crank{i}": "A",
+            f"cross{i}": "U",
+            f"coupler{i}": "D" if forward else "U",
+            f"arm{i}": "U" if forward else "O",
+        }
         if cut == "platform":
             expected |= {f"rocker{i}": "B", f"rocker{i}_c{i}": "C", f"coupler{i}_c{i}": "C"}
         else:
@@ -179,8 +189,13 @@ def test_both_cuts_weigh_the_same() -> None:
             mass = float(inertial.find("mass").get("value"))
             com = np.array([float(v) for v in inertial.find("origin").get("xyz").split()])
             i = {k: float(v) for k, v in inertial.find("inertia").attrib.items()}
-            tensor = np.array([[i["ixx"], i["ixy"], i["ixz"]], [i["ixy"], i["iyy"], i["iyz"]],
-                               [i["ixz"], i["iyz"], i["izz"]]])
+            tensor = np.array(
+                [
+                    [i["ixx"], i["ixy"], i["ixz"]],
+                    [i["ixy"], i["iyy"], i["iyz"]],
+                    [i["ixz"], i["iyz"], i["izz"]],
+                ]
+            )
             single = pin.Inertia(mass, com, tensor)
             bodies[name] = single.se3Action(place[name]).matrix()
         totals.append(bodies)
