@@ -25,8 +25,9 @@ from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
 from pinmech.analysis.singularity import Singularity, singularity
 from pinmech.errors import PinmechError, SingularError, SolveError
 from pinmech.kinematics.assembly import from_text, load
+from pinmech.kinematics.forward import forward
+from pinmech.kinematics.inverse import inverse
 from pinmech.kinematics.path import forward_path, inverse_path
-from pinmech.kinematics.position import forward, inverse
 from pinmech.kinematics.rates import (
     acceleration,
     closure_jacobian,

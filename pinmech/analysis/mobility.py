@@ -23,8 +23,8 @@ from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 
-#: Finite motions are tried with this step [rad, or in characteristic lengths] ...
-_STEP = 0.03
+#: Finite motions are tried with these steps [rad, or in characteristic lengths] ...
+_STEPS = (0.03, 0.003)
 #: ... and count when the step is at least this part of the way to the point that was found.
 _KEPT = 0.1
 #: So many random directions are tried before the rest of the motions count as not going on.
@@ -174,15 +174,15 @@ def _finite(
     mobilities = [0]
     while len(kept) < count:
         # What is left: the motions square to those found.
-        left = np.linalg.qr(np.array(kept).T, mode="complete")[0][:, len(kept) :] if kept else None
-        left = np.eye(count) if left is None else left
+        left = np.eye(count)
+        if kept:
+            left = np.linalg.qr(np.array(kept).T, mode="complete")[0][:, len(kept) :]
         tries = [sign * column for column in left.T for sign in (1.0, -1.0)]
-        tries += list((rng.normal(size=(_TRIES, left.shape[1]))) @ left.T)
-        for mix in tries:
-            mix = mix / np.linalg.norm(mix)
-            direction = found.basis @ mix
-            problem = _Along(mechanism, free, q, direction, _STEP)
-            ahead = q + _STEP * scale * direction
+        tries += list(rng.normal(size=(_TRIES, left.shape[1])) @ left.T)
+        for step, mix in ((step, mix) for step in _STEPS for mix in tries):
+            direction = found.basis @ (mix / np.linalg.norm(mix))
+            problem = _Along(mechanism, free, q, direction, step)
+            ahead = q + step * scale * direction
             # Redundant rows contradict each other off the closed points, where a plain Newton
             # step would go far astray.
             minimise(problem, system, ahead, iterations=40)
@@ -190,7 +190,7 @@ def _finite(
                 continue
             moved = (ahead - q) / scale
             size = float(np.linalg.norm(moved))
-            if size > _STEP / _KEPT or close(mechanism, ahead, system.data)[0] is None:
+            if size > step / _KEPT or close(mechanism, ahead, system.data)[0] is None:
                 continue
             kept.append(found.basis.T @ moved / size)
             mobilities.append(split_motions(mechanism, system, free).basis.shape[1])

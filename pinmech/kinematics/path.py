@@ -2,7 +2,7 @@
 
 Each pose starts from its neighbour, extrapolated where the path is smooth. A pose is accepted
 only if Newton contracts and no determinant changes its sign; otherwise the careful solver of
-:mod:`pinmech.kinematics.position` takes over for that pose.
+of one pose (:mod:`inverse`, :mod:`forward`) takes over for that pose.
 """
 
 from __future__ import annotations
@@ -14,17 +14,13 @@ import numpy as np
 
 from pinmech.kinematics.arguments import guess_state, matrix, numbers
 from pinmech.kinematics.branch import fully_labelled, labelled, wanted_signs
-from pinmech.kinematics.position import (
-    CONSISTENT,
-    ForwardSolver,
-    InverseSolver,
-    output_rows,
-    whole,
-)
+from pinmech.kinematics.forward import CONSISTENT, ForwardSolver
+from pinmech.kinematics.inverse import InverseSolver
+from pinmech.kinematics.outputs import output_rows
 from pinmech.kinematics.solution import CONVERGED, Path, Solution
 from pinmech.kinematics.state import ClosedState
 from pinmech.kinematics.tracking import LONGEST_MOVE
-from pinmech.kinematics.warm import Warm
+from pinmech.kinematics.warm import Warm, whole
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, cast, get_args
 
 import numpy as np
 
@@ -23,6 +23,12 @@ Status = Literal[
     "not_converged",
     "bad_input",
 ]
+
+
+def as_status(text: str) -> Status:
+    """A status from the text of one."""
+    assert text in get_args(Status), text
+    return cast(Status, text)
 
 
 #: Message of a solution with nothing to be said about it.

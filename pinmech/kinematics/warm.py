@@ -175,3 +175,11 @@ class Warm:
         if not self.newton(ahead, moved) or not self.agree(self.diagonal[None], [self.pivots])[0]:
             return None
         return ahead
+
+
+def whole(mechanism: Mechanism, system: ClosureSystem, held: Array) -> Warm:
+    """The lean solver for a square system as one block: its determinant keeps the sign it is
+    given, and Newton's contraction keeps it on its branch."""
+    free = np.setdiff1d(np.arange(mechanism.model.nv), held)
+    block = Block("all", np.arange(system.rows), free)
+    return Warm(mechanism, system, (block,), held, np.ones(1))

@@ -11,7 +11,8 @@ import pinocchio as pin
 from rich.table import Table
 from rich.text import Text
 
-from pinmech.kinematics.position import describe, input_mobility
+from pinmech.kinematics.motion import input_mobility
+from pinmech.kinematics.outputs import describe
 from pinmech.kinematics.solution import Solution
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.mechanism import Mechanism

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from pinmech.kinematics.position import input_mobility
+from pinmech.kinematics.motion import input_mobility
 from pinmech.kinematics.solution import Solution
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.mechanism import Mechanism

@@ -8,7 +8,7 @@ import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
 
-from pinmech.kinematics.position import describe
+from pinmech.kinematics.outputs import describe
 from pinmech.kinematics.state import output_values
 from pinmech.mechanism.closures import Loop, gap, relative_placement
 from pinmech.mechanism.mechanism import Mechanism

@@ -18,8 +18,8 @@ from pinmech.actuation.sizing_table import SizingRow
 from pinmech.actuation.trajectory import Trajectory
 from pinmech.errors import InputError
 from pinmech.kinematics.assembly import load
+from pinmech.kinematics.inverse import inverse
 from pinmech.kinematics.path import inverse_path
-from pinmech.kinematics.position import inverse
 
 WEIGHTLESS = (0.0, 0.0, 0.0)
 EARTH = (0.0, 0.0, -9.81)
