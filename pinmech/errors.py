@@ -33,7 +33,7 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        super().__init__(f"unknown {kind} {name!r}; {suggest(name, self.known)}")
+        super().__init__(f"unknown {kind} {name!r}; {suggest(str(name), self.known)}")
 
 
 @dataclass(frozen=True)

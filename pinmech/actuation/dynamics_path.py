@@ -41,7 +41,7 @@ class DynamicsPath:
         torques: (N, n_drive) [N·m or N].
         actuator_rates: (N, n_drive) [rad/s or m/s].
         generalised_force: (N, n_out) force that the drive balances, per output [N·m or N].
-        drive_jacobian: (N, n_drive, n_out) actuator rates per output rate.
+        drive_jacobian: (N, n_drive, n_out) actuator rates per output rate [rad or m, each].
         crossings: rows k such that the drive passes a type 2 singularity between k and k + 1.
         messages: row -> reason, for the rows that failed.
     """

@@ -128,6 +128,8 @@ def _coordinates(mechanism: Mechanism, names: Sequence[str]) -> set[int]:
         names = [names]
     found = set()
     for name in names:
+        if not isinstance(name, str):
+            raise UnknownNameError("joint or actuator", str(name), mechanism.joints)
         if name in mechanism.joints:
             found.add(mechanism.coordinate(name))
         elif name in mechanism.actuators:

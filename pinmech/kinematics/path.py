@@ -1,8 +1,8 @@
 """Forward and inverse kinematics along a path: warm starts, the inner loop kept lean.
 
 Each pose starts from its neighbour, extrapolated where the path is smooth. A pose is accepted
-only if Newton contracts and no determinant changes its sign; otherwise the careful solver of
-of one pose (:mod:`inverse`, :mod:`forward`) takes over for that pose.
+only if Newton contracts and no determinant changes its sign; otherwise the careful solver of one
+pose (:mod:`inverse`, :mod:`forward` beside this file) takes over.
 """
 
 from __future__ import annotations

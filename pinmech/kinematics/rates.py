@@ -127,7 +127,7 @@ def inverse_jacobian(state: ClosedState) -> Array:
 
 
 def forward_jacobian(state: ClosedState, *, drive: str | None = None) -> Array:
-    """Output rates per actuator rate of a drive (n_out, n_drive).
+    """Output rates per actuator rate of a drive (n_out, n_drive) [rad/s or m/s, each].
 
     For a redundant drive the least-squares inverse: consistent rates give the exact output rates.
 
@@ -171,7 +171,7 @@ def frame_jacobian(state: ClosedState, frame: str) -> Array:
         SingularError: at a type 1 singularity.
     """
     mechanism = closed(state).mechanism
-    if frame not in mechanism.frames:
+    if not isinstance(frame, str) or frame not in mechanism.frames:
         raise UnknownNameError("link", str(frame), mechanism.frames)
     with mechanism.scratch() as system:
         system.evaluate(state.q)

@@ -90,7 +90,7 @@ class ClosedState:
         Raises:
             UnknownNameError: there is no such link.
         """
-        frame = self.mechanism.frames.get(name)
+        frame = self.mechanism.frames.get(name) if isinstance(name, str) else None
         if frame is None:
             raise UnknownNameError("link", str(name), self.mechanism.frames)
         return self._data.oMi[frame.joint] * frame.placement

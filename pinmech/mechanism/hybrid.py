@@ -68,7 +68,11 @@ def mount_arm(
     if urdf is None or faults:
         raise DescriptionError(label, faults)
     names = [prefix + name for name in chosen]
-    model = pin.buildModelFromXML(urdf.text)
+    try:
+        model = pin.buildModelFromXML(urdf.text)
+    except (ValueError, RuntimeError) as cause:
+        reason = " ".join(str(cause).split())
+        raise DescriptionError(label, [Fault(label, f"Pinocchio refuses it: {reason}")]) from None
     start = _arm_home(urdf, names, {prefix + k: v for k, v in (home or {}).items()})
     description = _description(mechanism, names, start, label)
     extended = build_mechanism(description, urdf, model, None, mechanism.urdf_folder)
@@ -179,6 +183,12 @@ def _merge(
     )
     etree.SubElement(mount, "parent", link=mechanism.platform)
     etree.SubElement(mount, "child", link=prefix + base)
+    paints = {element.get("name") for element in root.findall("material")}
+    renamed = {name: f"{name}_of_arm" for name in paints}  # urdfdom wants them unique
+    for material in tree.iter("material"):
+        name = material.get("name")
+        if name in renamed:
+            material.set("name", renamed[name])
     for element in tree:
         if element.tag not in ("link", "joint", "material"):
             continue

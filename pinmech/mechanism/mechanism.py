@@ -144,7 +144,7 @@ class Mechanism:
         try:
             return self.joints.index(joint)
         except ValueError:
-            raise UnknownNameError("joint", joint, self.joints) from None
+            raise UnknownNameError("joint", str(joint), self.joints) from None
 
     def drive(self, name: str | None) -> tuple[str, ...]:
         """Actuator names of a drive; None means the largest one.
@@ -154,7 +154,7 @@ class Mechanism:
         """
         if name is None:
             return max(self.drives.values(), key=len)
-        if name not in self.drives:
+        if not isinstance(name, str) or name not in self.drives:
             raise UnknownNameError("drive", str(name), self.drives)
         return self.drives[name]
 
@@ -169,7 +169,7 @@ class Mechanism:
 
     @property
     def scales(self) -> Array:
-        """Actuator value per joint value (n_act,)."""
+        """Actuator value per joint value (n_act,) [rad or m per rad or m]."""
         return np.array([a.scale for a in self.actuators.values()])
 
     @property
@@ -233,10 +233,13 @@ class Mechanism:
         dry = np.zeros(model.nv) if only else np.array(model.upperDryFrictionLimit)
         viscous = np.zeros(model.nv) if only else np.array(model.damping)
         for pattern, values in friction.items():
-            fitting = [k for k, joint in enumerate(self.joints) if fnmatchcase(joint, pattern)]
+            named = isinstance(pattern, str)
+            fitting = [
+                k for k, j in enumerate(self.joints) if named and fnmatchcase(j, pattern)
+            ]
             if not fitting:
-                raise UnknownNameError("joint", pattern, self.joints)
-            if len(values) != 2 or not all(np.isfinite(x) and x >= 0 for x in values):
+                raise UnknownNameError("joint", str(pattern), self.joints)
+            if np.shape(values) != (2,) or not all(np.isfinite(x) and x >= 0 for x in values):
                 raise InputError(
                     f"friction of {pattern!r} must be two finite numbers of at least 0 "
                     f"(Coulomb, viscous), is {values!r}"

@@ -150,7 +150,7 @@ def _complete_limit(joint: etree._Element) -> None:
         limit = etree.SubElement(joint, "limit")
     for key in ("effort", "velocity"):
         if limit.get(key) is None:
-            limit.set(key, "0")  # read as "not given"
+            limit.set(key, "0.0")  # read as "not given"
     if joint.get("type") == "continuous":
         joint.set("type", "revolute")
         limit.attrib.pop("lower", None)

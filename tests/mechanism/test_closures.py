@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 import pytest
-from small import GOOD, four_bar, free_body, slider_crank, spatial
+from small import GOOD, four_bar, free_body, parallelogram, slider_crank, spatial
 
 import pinmech as pm
 from pinmech.errors import DescriptionError, InputError
@@ -386,6 +386,15 @@ def test_verify_closed_names_the_open_loop(kind: str) -> None:
         with pytest.raises(InputError, match="loop ring is open by"):
             pm.verify_closed(mech, q)
         q[direction] -= 1e-7
+        pm.verify_closed(mech, q)
+
+
+@pytest.mark.parametrize(("joint", "loop"), [("jb", "b"), ("jc", "c")])
+def test_verify_closed_looks_at_every_loop(joint: str, loop: str) -> None:
+    mech = parallelogram().load()
+    q = np.array(mech.home.q)
+    q[mech.coordinate(joint)] += 1e-6
+    with pytest.raises(InputError, match=f"loop {loop} is open by"):
         pm.verify_closed(mech, q)
 
 

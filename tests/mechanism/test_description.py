@@ -17,6 +17,7 @@ import pinmech as pm
 from pinmech.errors import DescriptionError, InputError, PinmechError, UnknownNameError
 from pinmech.mechanism.closures import ROWS, ClosureSystem
 from pinmech.mechanism.spec import json_schema
+from pinmech.mechanism.yamlfile import read_text
 
 DESCRIPTION = """\
 schema: 1
@@ -471,6 +472,11 @@ def test_encodings_and_line_ends(mark: bytes, end: str, tmp_path: Path) -> None:
     assert mech.title == "a planar four-bar"
 
 
+def test_byte_order_mark_is_no_text(tmp_path: Path) -> None:
+    (tmp_path / "x").write_bytes(b"\xef\xbb\xbfschema")
+    assert read_text(tmp_path / "x", DescriptionError) == "schema"
+
+
 def test_line_numbers_with_crlf(tmp_path: Path) -> None:
     bad = changed(DESCRIPTION, ("title:", "tittle:"), ("scale: 2.0", "scale: x"))
     found = faults(tmp_path, "\ufeff" + bad.replace("\n", "\r\n"))
@@ -822,6 +828,10 @@ def test_continuous_has_one_coordinate_and_no_limit() -> None:
             k = mech.coordinate(joint)
             assert (mech.lower[k], mech.upper[k]) == (-np.inf, np.inf)
             assert mech.revolving[k]
+        again = pm.from_text(DESCRIPTION, mech.urdf)  # the text that the mechanism carries
+        np.testing.assert_array_equal(again.lower, mech.lower)
+        np.testing.assert_array_equal(again.upper, mech.upper)
+        assert again.urdf == mech.urdf
 
 
 def test_massless_frames_are_no_fault() -> None:

@@ -167,11 +167,11 @@ def test_jacobian_is_the_identity(pose: tuple[float, float]) -> None:
 # ------------------------------------------------------------------------- the other assembly
 
 
-EDGE = [-89.9, -89.0, -87.0, -60.0, -20.0, 0.0, 20.0, 60.0, 87.0, 89.0, 89.9]
+EDGE = [-89.9, -88.5, -86.5, -60.0, 0.0, 60.0, 86.5, 88.5, 89.9]
 
 
 @BOTH
-@pytest.mark.parametrize("theta1", [0.0, 0.02, 0.7, -1.4])
+@pytest.mark.parametrize("theta1", [0.0, 0.7, -1.4])
 def test_single_solves_never_enter_the_other_assembly(name: str, theta1: float) -> None:
     """Steps of all sizes, up to 179.8 deg at once: the answer is that of home or none."""
     mech, answered = load(name), 0
