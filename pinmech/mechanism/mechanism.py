@@ -234,9 +234,7 @@ class Mechanism:
         viscous = np.zeros(model.nv) if only else np.array(model.damping)
         for pattern, values in friction.items():
             named = isinstance(pattern, str)
-            fitting = [
-                k for k, j in enumerate(self.joints) if named and fnmatchcase(j, pattern)
-            ]
+            fitting = [k for k, j in enumerate(self.joints) if named and fnmatchcase(j, pattern)]
             if not fitting:
                 raise UnknownNameError("joint", str(pattern), self.joints)
             if np.shape(values) != (2,) or not all(np.isfinite(x) and x >= 0 for x in values):

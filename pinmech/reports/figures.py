@@ -43,6 +43,16 @@ def save(figure: Figure, folder: Path, name: str) -> Path:
     return path
 
 
+def save_curves(folder: Path, name: str, columns: dict[str, Array]) -> Path:
+    """Write curves as CSV: one column each, its heading with the unit; returns the file."""
+    path = folder / name
+    values = np.column_stack(list(columns.values()))
+    lines = [",".join(columns)]
+    lines += [",".join(f"{value:.9g}" for value in row) for row in values]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
 def tidy(ax: Axes, xlabel: str, ylabel: str, title: str = "") -> None:
     """Labels, a light grid, no box."""
     ax.set_xlabel(xlabel)

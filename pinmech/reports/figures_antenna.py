@@ -12,7 +12,16 @@ from pinmech.reports.antenna import SWEEP, SWEEP_RATE, sweep_paths
 from pinmech.reports.antenna_forward import EXAMPLE, Curves
 from pinmech.reports.antenna_model import points
 from pinmech.reports.antenna_singular import meetings, singular_state
-from pinmech.reports.figures import COLOURS, axes3d, equal, new_figure, polyline, save, tidy
+from pinmech.reports.figures import (
+    COLOURS,
+    axes3d,
+    equal,
+    new_figure,
+    polyline,
+    save,
+    save_curves,
+    tidy,
+)
 
 Array = np.ndarray
 ARMS = ("arm1", "arm2", "arm3")
@@ -107,7 +116,25 @@ def _figures6and7(folder: Path, mechanism: pm.Mechanism) -> list[Path]:
         tidy(ax, "α = β [deg], at 1 deg/s", label, f"({'ab'[n]})")
         ax.legend(frameon=False)
     figure.suptitle("Figure 7: rates and accelerations of the arms, first solution")
-    return [first, save(figure, folder, "antenna_fig7.png")]
+    second = save(figure, folder, "antenna_fig7.png")
+
+    position = {"alpha [deg]": degrees, "beta [deg]": degrees}
+    angles = {
+        f"{name} solution {n + 1} [deg]": np.rad2deg(path.actuators[:, k])
+        for n, path in enumerate(paths.values())
+        for k, name in enumerate(ARMS)
+    }
+    moving = {f"{name} rate [deg/s]": np.array(rates)[:, k] for k, name in enumerate(ARMS)}
+    moving |= {
+        f"{name} acceleration [deg/s2]": np.array(accelerations)[:, k]
+        for k, name in enumerate(ARMS)
+    }
+    return [
+        first,
+        save_curves(folder, "antenna_fig6_curves.csv", position | angles),
+        second,
+        save_curves(folder, "antenna_fig7_curves.csv", position | moving),
+    ]
 
 
 def _figure8(folder: Path, mechanism: pm.Mechanism, states: list[pm.ClosedState]) -> Path:

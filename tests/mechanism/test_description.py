@@ -921,3 +921,36 @@ def test_no_permission(tmp_path: Path) -> None:
         pytest.skip("this user may read everything")
     with pytest.raises(DescriptionError, match="cannot be read"):
         pm.load(path)
+
+
+# --- arms from other URDFs go through the same door ---------------------------------------------
+
+ARM = (
+    '<robot name="stick">'
+    + link_text("root")
+    + link_text("rod", 0.4)
+    + joint_text("turn", "revolute", "root", "rod", (0, 0, 0.1), (0, 0, 1))
+    + "</robot>"
+)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('value="0.4"', 'value=" 0.4 "'),
+        ('xyz="0.02 -0.01 0.03"', 'xyz="0.02\t-0.01 0.03 "'),
+        (' ixz="0"', ""),
+        ('<limit effort="20" velocity="10"/>', ""),
+        ('<limit effort="20" velocity="10"/>', "<limit/>"),
+    ],
+)
+def test_an_arm_loses_nothing(old: str, new: str, capfd) -> None:
+    """Spelling does not change the mass of an arm on the platform, and no limit is no limit."""
+    base = pm.from_text(DESCRIPTION, URDF)
+    plain, other = base.with_arm(ARM), base.with_arm(changed(ARM, (old, new)))
+    assert capfd.readouterr().err == ""
+    assert other.model.nv == 4
+    for one, two in zip(plain.model.inertias, other.model.inertias, strict=True):
+        np.testing.assert_array_equal(one.toDynamicParameters(), two.toDynamicParameters())
+    np.testing.assert_array_equal(plain.lower, other.lower)
+    np.testing.assert_array_equal(plain.upper, other.upper)

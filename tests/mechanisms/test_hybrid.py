@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import functools
 import math
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from lxml import etree
 
 import pinmech as pm
 from pinmech.designs.planar_3r import Planar3R, planar_3r
@@ -298,13 +300,21 @@ def test_what_cannot_be_mounted_is_refused() -> None:
 
 def test_meshes_are_found() -> None:
     """Mesh paths of the installed robot package are absolute and exist."""
-    from pathlib import Path
-
-    from lxml import etree
-
     for name in ("ur5_robot", "panda"):
         files = [
             m.get("filename") for m in etree.fromstring(robot(name).urdf.encode()).iter("mesh")
         ]
         assert len(files) > 6
         assert all(Path(file).is_file() for file in files)
+
+
+@pytest.mark.parametrize("name", ["planar", "panda"])
+def test_view_shows_mechanism_and_arm(name: str, tmp_path: Path) -> None:
+    mech = wafer_handler() if name == "planar" else robot(name)
+    _, state = placed(mech, 2)
+    viewer = pm.view(state)
+    shown = "\n".join(viewer.recorder.paths())
+    for body in ("q1", "yaw", "arm_wrist" if name == "planar" else "p_panda_joint7"):
+        assert f"/{body}/" in shown
+    assert max(viewer.gaps().values()) < 1e-10
+    assert viewer.write_html(tmp_path / "arm.html").stat().st_size > 1e5
