@@ -251,6 +251,9 @@ TAKES: dict[str, Callable[[Any], Any]] = {
     "actuators": lambda bad: {bad: 0.1},
     "name_or_path": lambda bad: bad,
 }
+ARM = """<robot name="stick"><link name="root"/><link name="rod"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="turn" type="continuous"><parent link="root"/><child link="rod"/></joint></robot>"""
 #: Functions that take no names, or take them inside an object of their own.
 OTHERS = {"from_text", "mechanisms", "size_actuators", "verify_closed", "view"}
 
@@ -304,6 +307,9 @@ def calls() -> Iterator[tuple[str, Callable[[Any], Any]]]:
     yield "mech.drive", mech.drive
     yield "mech.drive_coordinates", mech.drive_coordinates
     yield "mech.coordinate", mech.coordinate
+    yield "mech.with_arm", mech.with_arm
+    yield "mech.with_arm joints", lambda bad: mech.with_arm(ARM, joints=[bad])
+    yield "mech.with_arm home", lambda bad: mech.with_arm(ARM, home={bad: 0.1})
     yield "mech.with_friction", lambda bad: mech.with_friction({bad: (0.1, 0.1)})
 
 
@@ -335,7 +341,7 @@ def in_mapping(what: str) -> bool:
     """True when the name goes in as the key of a mapping."""
     parameter = re.search(r"\((\w+)\)", what)
     if parameter is None:
-        return what == "mech.with_friction"
+        return what in ("mech.with_friction", "mech.with_arm home")
     return isinstance(TAKES[parameter[1]]("x"), dict)
 
 

@@ -69,7 +69,7 @@ def find_description(name_or_path: str | Path) -> Path:
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
         raise InputError(f"a mechanism is a name or a path, not {name_or_path!r}")
     path = Path(name_or_path)
-    if path.suffix.lower() in (".yaml", ".yml") or _is_file(path):
+    if path.suffix.lower() in (".yaml", ".yml") or is_file(path):
         return path
     known = mechanisms()
     if str(name_or_path) in known:
@@ -77,10 +77,11 @@ def find_description(name_or_path: str | Path) -> Path:
     raise UnknownNameError("mechanism", str(name_or_path), known)
 
 
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """True for an existing file; False also for a name that no file can have."""
     try:
         return path.is_file()
-    except (OSError, ValueError):  # a name that no file can have
+    except (OSError, ValueError):
         return False
 
 
@@ -97,7 +98,7 @@ def read_file(path: Path) -> Source:
     faults: list[Fault] = []
     urdf_path = path.parent / name if isinstance(name, str) and name else None
     if urdf_path is not None:
-        if _is_file(urdf_path):
+        if is_file(urdf_path):
             try:
                 urdf_text = read_text(urdf_path, DescriptionError)
                 urdf, faults = read_urdf(urdf_text, urdf_path.name, urdf_path.parent)
