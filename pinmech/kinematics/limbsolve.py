@@ -86,6 +86,7 @@ def solve_limb(
     problem = Problem(mechanism, block.free, rows=block.rows, pose=pose)
     count, beyond, elsewhere = 0, "", False
     meeting: Array | None = None
+    spare: tuple[tuple[float, float], Array] | None = None
     converged = False
     tried = starts(mechanism, block.free, q[block.free], _STARTS)
     for number, start in enumerate(tried):
@@ -104,14 +105,21 @@ def solve_limb(
             continue
         converged = True
         wrap_towards(mechanism, trial, q, block.free)
-        breaches = [] if not limits else limit_breaches_of(mechanism, trial, block.free)
+        breaches = limit_breaches_of(mechanism, trial, block.free)
         found = determinant(mechanism, system, block) if sign is not None else 0.0
         if sign is not None and found * sign < -_MEETING * abs(home_determinant):
             # Beyond the limits, a flipped passive joint may change the sign: no statement then.
             elsewhere = elsewhere or not breaches
             continue
-        if breaches:
+        if breaches and limits:
             beyond = breaches[0]
+            continue
+        if breaches:
+            # A passive chain that has flipped through its lock has a determinant of the other
+            # sign: of the solutions beyond the limits take the one that is least so.
+            over = _beyond(mechanism, trial, block.free)
+            if spare is None or over < spare[0]:
+                spare = over, trial[block.free]
             continue
         if sign is not None and found * sign < 0.0:
             # Barely in the other mode: good enough only if no start does better.
@@ -120,6 +128,8 @@ def solve_limb(
         return LimbAnswer("ok", "", trial[block.free], count)
     if meeting is not None:
         return LimbAnswer("ok", "", meeting, count)
+    if spare is not None:
+        return LimbAnswer("ok", "", spare[1], count)
     if beyond:
         return LimbAnswer("limit", f"limb {block.limb} would need {beyond}", None, count)
     if elsewhere:
@@ -144,6 +154,13 @@ def _shortfall(
         if left < best:
             best, closest = left, trial
     return nearest(problem, system, closest), len(tried)
+
+
+def _beyond(mechanism: Mechanism, q: Array, coordinates: Array) -> tuple[float, float]:
+    """How far passive joints, and all joints, are beyond their limits [rad or m], the worst."""
+    over = np.maximum(mechanism.lower - q, q - mechanism.upper)[coordinates]
+    passive = ~np.isin(coordinates, mechanism.actuator_coordinates)
+    return float(over[passive].max(initial=0.0)), float(over.max(initial=0.0))
 
 
 def limit_breaches_of(mechanism: Mechanism, q: Array, coordinates: Array) -> list[str]:

@@ -27,6 +27,9 @@ LONGEST_MOVE = 0.4
 #: The second Newton step may be this part of the first; more, and the step is halved.
 CONTRACTION = 0.25
 SHORTEST_STEP = 2.0**-13
+#: Singular value, relative to the largest, up to which a direction is open. Below the rank
+#: tolerance: where a parallelogram goes flat it falls with the square of the distance.
+_OPEN = 1e-8
 
 
 class Line(Protocol):
@@ -161,7 +164,7 @@ class _Regular:
     def row_space(self, matrix: Array) -> Array | None:
         """(n, rank) orthonormal basis of the row space; None when the matrix is singular."""
         _, values, vt = np.linalg.svd(matrix)
-        rank = int((values > RANK * values[0]).sum())
+        rank = int((values > _OPEN * values[0]).sum())
         if matrix.shape[1] - rank > self._open and not self._asked:
             self._open, self._asked = max(self._open, self._usual()), True
         return vt[:rank].T if matrix.shape[1] - rank <= self._open else None
@@ -172,5 +175,5 @@ class _Regular:
         for q in nearby(problem.mechanism):
             problem.residual(self._system, q)
             values = np.linalg.svd(_scaled(problem, self._system), compute_uv=False)
-            found.append(len(problem.free) - int((values > RANK * values[0]).sum()))
+            found.append(len(problem.free) - int((values > _OPEN * values[0]).sum()))
         return min(found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sysconfig
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -57,14 +56,15 @@ def mount_arm(
         if name not in movable:
             raise UnknownNameError("moving joint of the arm", str(name), movable)
     _weld_others(tree, chosen)
-    plain, faults = read_urdf(_without_meshes(tree), label, None)
+    plain, faults = read_urdf(_text(tree), label, None, meshes=False)
     if plain is None or faults:
         raise DescriptionError(label, faults)
     if not chosen:
         raise InputError(f"arm {label} has no moving joint")
     _prefix(tree, prefix)
     merged = _merge(mechanism, tree, plain, prefix, placement or pin.SE3.Identity())
-    urdf, faults = _checked(merged, label)
+    # Mesh paths were resolved above.
+    urdf, faults = read_urdf(_text(merged), label, None, meshes=False)
     if urdf is None or faults:
         raise DescriptionError(label, faults)
     names = [prefix + name for name in chosen]
@@ -138,14 +138,8 @@ def _weld_others(tree: etree._Element, chosen: Sequence[str]) -> None:
             joint.remove(mimic)
 
 
-def _without_meshes(tree: etree._Element) -> str:
-    """The URDF without shapes, for checking what Pinocchio's model is made of."""
-    bare = deepcopy(tree)
-    for link in bare.iter("link"):
-        for tag in ("visual", "collision"):
-            for shape in link.findall(tag):
-                link.remove(shape)
-    return etree.tostring(bare, encoding="unicode")
+def _text(tree: etree._Element) -> str:
+    return etree.tostring(tree, encoding="unicode")
 
 
 def _prefix(tree: etree._Element, prefix: str) -> None:
@@ -196,21 +190,6 @@ def _merge(
             raise InputError(f"name {element.get('name')!r} exists already; choose another prefix")
         root.append(element)
     return root
-
-
-def _checked(root: etree._Element, label: str) -> tuple[Urdf | None, list[Fault]]:
-    """The merged URDF, its meshes kept: they were resolved above."""
-    checked, faults = read_urdf(_without_meshes(root), label, None)
-    if checked is None:
-        return None, faults
-    for joint in root.findall("joint"):
-        if joint.get("type") == "continuous":
-            joint.set("type", "revolute")
-            limit = joint.find("limit")
-            if limit is None:
-                etree.SubElement(joint, "limit", effort="0", velocity="0")
-    text = etree.tostring(root, encoding="unicode")
-    return Urdf(text, checked.links, checked.joints), faults
 
 
 def _arm_home(urdf: Urdf, names: Sequence[str], given: Mapping[str, float]) -> dict[str, float]:

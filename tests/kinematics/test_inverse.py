@@ -122,7 +122,7 @@ def test_right_up_to_the_edge_of_reach(
     """Along rays to the boundary: solved inside, in both modes; refused outside."""
     mech, dim = {"antenna_3rsu": antenna, "antenna_3rsu_wide": wide}[name], DIMENSIONS[name]
     edges = 0
-    for ray in np.random.default_rng(4).uniform(0, 2 * np.pi, 16):
+    for ray in np.random.default_rng(4).uniform(0, 2 * np.pi, 12):
         edge = _edge(dim, np.array([np.cos(ray), np.sin(ray)]))
         if edge is None:
             continue

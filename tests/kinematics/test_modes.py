@@ -41,7 +41,7 @@ def test_home_is_plus_one_everywhere(mech: pm.Mechanism) -> None:
 
 def test_all_eight_modes_at_random_poses(mech: pm.Mechanism) -> None:
     dim, guess = DIMENSIONS[mech.name], None
-    for k, pose in enumerate(reachable(dim, 60, 11, len(mech.outputs))):
+    for k, pose in enumerate(reachable(dim, 40, 11, len(mech.outputs))):
         for mode in MODES:
             state = pm.inverse(mech, pose, mode=asked(mode), guess=guess).unwrap()
             check(mech, pose, mode, state)

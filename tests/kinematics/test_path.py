@@ -27,9 +27,9 @@ def smooth(radius: float, count: int) -> np.ndarray:
 
 def test_smooth_and_jumping_paths_agree_with_the_oracle_in_every_mode(mech: pm.Mechanism) -> None:
     dim, radius = DIMENSIONS[mech.name], CALM[mech.name]
-    jumps = reachable(dim, 80, 21)
+    jumps = reachable(dim, 40, 21)
     for mode in MODES:
-        for poses in (smooth(radius, 120), disc(radius, 40, 22), jumps):
+        for poses in (smooth(radius, 80), disc(radius, 20, 22), jumps):
             path = pm.inverse_path(mech, poses, mode=asked(mode))
             assert path.success.all()
             assert (path.status == "ok").all()

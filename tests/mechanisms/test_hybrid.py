@@ -133,6 +133,8 @@ def test_robots_of_example_robot_data(name: str) -> None:
     mech = robot(name)
     prefix = "p_" if name == "panda" else "arm_"
     own = pin.buildModelFromUrdf(str(example_robots()[name]))
+    mass = [sum(inertia.mass for inertia in m.inertias) for m in (mech.model, gimbal().model, own)]
+    assert mass[0] == pytest.approx(mass[1] + mass[2], rel=1e-12)
     data = own.createData()
     for seed in range(3):
         x, state = placed(mech, seed)
