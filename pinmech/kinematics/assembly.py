@@ -33,6 +33,8 @@ Array = np.ndarray
 #: Assembly may move a joint that the file lists by this much [rad or m].
 HOME_TOLERANCE = 0.05
 _STARTS = 60
+#: Further attempts start this far from the listed values [rad or m] at most.
+_NUDGE = 0.04
 
 
 def load(name_or_path: str | Path) -> Mechanism:
@@ -129,8 +131,8 @@ def _assemble(mechanism: Mechanism, system: ClosureSystem, start: Array, listed:
             q = start.copy()
             if attempt:
                 loose = [k for k in free if not listed[k]]
-                if not loose:
-                    break
+                # With everything listed, a wrong root may lie nearer than the right one.
+                q[free] += rng.uniform(-_NUDGE, _NUDGE, len(free))
                 low = np.maximum(mechanism.lower[loose], start[loose] - _reach(mechanism)[loose])
                 high = np.minimum(mechanism.upper[loose], start[loose] + _reach(mechanism)[loose])
                 q[loose] = rng.uniform(low, high)

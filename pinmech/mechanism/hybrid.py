@@ -11,7 +11,7 @@ import pinocchio as pin
 from lxml import etree
 
 from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
-from pinmech.mechanism.loading import build_mechanism
+from pinmech.mechanism.loading import build_mechanism, is_file
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.spec import Description
 from pinmech.mechanism.urdf import MOVING, Urdf, read_urdf
@@ -73,7 +73,7 @@ def mount_arm(
     except (ValueError, RuntimeError) as cause:
         reason = " ".join(str(cause).split())
         raise DescriptionError(label, [Fault(label, f"Pinocchio refuses it: {reason}")]) from None
-    start = _arm_home(urdf, names, {prefix + k: v for k, v in (home or {}).items()})
+    start = _arm_home(urdf, names, {f"{prefix}{k}": v for k, v in (home or {}).items()})
     description = _description(mechanism, names, start, label)
     extended = build_mechanism(description, urdf, model, None, mechanism.urdf_folder)
     q = np.zeros(model.nq)
@@ -87,8 +87,10 @@ def _find(arm: str | Path) -> Path | None:
     """The URDF file meant: a path, the name of an example robot, or None for URDF text."""
     if isinstance(arm, str) and arm.lstrip().startswith("<"):
         return None
+    if not isinstance(arm, str | Path):
+        raise InputError(f"an arm is a URDF file, URDF text or a robot's name, not {arm!r}")
     path = Path(arm)
-    if path.is_file():
+    if is_file(path):
         return path
     known = example_robots()
     if str(arm) in known:

@@ -245,6 +245,30 @@ def test_a_line_across_the_locus_is_singular_and_its_ends_differ_in_sign(
     np.testing.assert_allclose(found.q, there.q, atol=1e-8)
 
 
+def test_a_line_straight_through_a_bifurcation_is_singular_though_the_branch_runs_on(
+    wide: pm.Mechanism,
+) -> None:
+    """On the plane of symmetry arms 2 and 3 lose hold of alpha at beta = -52 deg. Newton would
+    pass there without noticing: the symmetric branch is smooth; the determinant changes sign."""
+    dim = oracle.TABLE2
+    signs = [
+        np.sign(oracle.pair_determinant(oracle.jacobians(dim, *x, cranks(dim, x)[0]), 1, 2))
+        for x in (np.array([0.0, -0.8]), np.array([0.0, -1.0]))
+    ]
+    assert signs[0] == -signs[1]
+    guess = pm.inverse(wide, (0.0, -0.8)).unwrap()
+    before = cranks(dim, np.array([0.0, -0.88]))[0]
+    assert pm.forward(wide, given(before, (1, 2)), guess=guess).success
+    for beta in (-0.92, -1.0, -1.1):
+        theta = cranks(dim, np.array([0.0, beta]))[0]
+        solution = pm.forward(wide, given(theta, (1, 2)), guess=guess)
+        assert solution.status == "singular", (beta, solution.message)
+    path = np.column_stack([np.zeros(13), np.linspace(-0.8, -1.05, 13)])
+    rows = pm.forward_path(wide, cranks(dim, path)[:, 1:], drive="23", guess=guess)
+    np.testing.assert_array_equal(rows.success, path[:, 1] > -0.907)
+    assert set(rows.status[~rows.success]) == {"singular"}
+
+
 def test_the_assembly_mode_is_that_of_the_guess(wide: pm.Mechanism) -> None:
     """Each of the oracle's solutions that the third arm allows comes back from a guess at it."""
     found = 0

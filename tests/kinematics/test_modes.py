@@ -112,3 +112,26 @@ def test_both_branches_of_figure_6(antenna: pm.Mechanism) -> None:
         assert np.abs(np.diff(path.actuators, axis=0)).max() < np.deg2rad(5)
         # All three meet at the level platform, on either branch.
         assert np.ptp(path.actuators[30]) < 1e-9
+
+
+def test_modes_are_relative_to_home_whatever_its_branch_is(antenna: pm.Mechanism) -> None:
+    """A home with arms 1 and 3 on the other branch: there +1, and the first home has -1 -1."""
+    text = antenna.path.read_text()  # type: ignore[union-attr]
+    other = float(cranks(DIMENSIONS["antenna_3rsu"], np.zeros(2), -1)[0, 0])
+    for arm in ("arm1", "arm3"):
+        text = text.replace(f"{arm}: 0.6892961272534", f"{arm}: {other!r}")
+    flip = np.array([-1, 1, -1])
+    mech = pm.from_text(text, antenna.urdf)
+    np.testing.assert_allclose(
+        oracle.wrap(angles(mech.home) - cranks(DIMENSIONS["antenna_3rsu"], np.zeros(2), flip)[0]),
+        0,
+        atol=1e-9,
+    )
+    assert all(sign == 1 for sign in mech.home.mode.values())
+    for pose in reachable(DIMENSIONS["antenna_3rsu"], 8, 16):
+        for mode in MODES:
+            state = pm.inverse(mech, pose, mode=asked(mode)).unwrap()
+            expected = cranks(DIMENSIONS["antenna_3rsu"], pose, mode * flip)[0]
+            off = np.abs(oracle.wrap(angles(state) - expected))
+            assert (off * transmission(DIMENSIONS["antenna_3rsu"], pose)[0] <= 1e-9).all()
+            assert [state.mode[name] for name in ARMS] == mode.tolist()
