@@ -55,6 +55,7 @@ imports: $(VENV)/.test
 check: $(VENV)/.test
 	$(BIN)/python scripts/make_designs.py --check
 	$(BIN)/python scripts/make_relay_trajectory.py --check
+	$(BIN)/python scripts/make_sun_trajectory.py --check
 
 pytest: $(VENV)/.test
 	$(BIN)/python -m pytest
