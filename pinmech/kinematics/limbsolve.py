@@ -49,12 +49,19 @@ class LimbAnswer:
     short: float = 0.0
 
 
-def starts(mechanism: Mechanism, free: Array, centre: Array, count: int) -> Array:
+def starts(
+    mechanism: Mechanism, free: Array, centre: Array, count: int, *, limits: bool = True
+) -> Array:
     """(count, n_free) start values: the centre first, then spread within the limits, or half a
-    turn or two characteristic lengths to each side where there is none. Always the same ones."""
+    turn or two characteristic lengths to each side where there is none. Always the same ones.
+
+    Without ``limits`` those of the actuators do not count; those of passive joints still do: they
+    keep the search on the side of their locks that was drawn.
+    """
     reach = np.where(mechanism.revolving[free], np.pi, 2.0 * mechanism.length)
-    low = np.maximum(mechanism.lower[free], centre - reach)
-    high = np.minimum(mechanism.upper[free], centre + reach)
+    kept = np.full(len(free), limits) | ~np.isin(free, mechanism.actuator_coordinates)
+    low = np.where(kept, np.maximum(mechanism.lower[free], centre - reach), centre - reach)
+    high = np.where(kept, np.minimum(mechanism.upper[free], centre + reach), centre + reach)
     spread = np.random.default_rng(20160127).uniform(size=(count - 1, len(free)))
     return np.vstack([centre, low + spread * (high - low)])
 
@@ -88,7 +95,7 @@ def solve_limb(
     meeting: Array | None = None
     spare: tuple[tuple[float, float], Array] | None = None
     converged = False
-    tried = starts(mechanism, block.free, q[block.free], _STARTS)
+    tried = starts(mechanism, block.free, q[block.free], _STARTS, limits=limits)
     for number, start in enumerate(tried):
         if number == _DOUBTFUL and not converged:
             short, steps = _shortfall(problem, system, q, tried[:_MINIMA])

@@ -10,6 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from mechanisms.wrist import state_of
+from oracles import spherical_3paur as oracle
 from small import GOOD, Small, four_bar, rssr, spatial
 
 import pinmech as pm
@@ -230,8 +232,10 @@ def test_actuators_lock_their_joints_and_one_name_may_be_a_text() -> None:
 def test_locking_can_leave_a_singular_mechanism_loose() -> None:
     """Where w2 = -u2 (s = 90 deg about x) three locked cranks do not hold the wrist."""
     mech = pm.load("spherical_3paur")
-    near = pm.mobility(pm.inverse(mech, [np.pi / 2 - 0.05, 0, 0]).unwrap(), locked=mech.actuators)
-    at = pm.mobility(pm.inverse(mech, [np.pi / 2, 0, 0]).unwrap(), locked=mech.actuators)
+    near, at = (
+        pm.mobility(state_of(mech, oracle.exp([np.pi / 2 - gap, 0, 0]), phi), locked=mech.actuators)
+        for gap, phi in ((0.05, None), (0.0, np.array([0.0, -1.0, -np.pi / 2])))
+    )
     assert near.dof == 0
     assert at.dof > 0
 

@@ -208,7 +208,11 @@ def test_straight_lines_end_where_the_oracle_ends_or_are_singular_where_it_folds
         expected = straight_line(dim, pair, target)
         solution = pm.forward(mech, dict(zip([ARMS[i] for i in pair], target, strict=True)))
         seen[expected.status] += 1
+        name_of_drive = "".join(str(i + 1) for i in pair)
+        path = pm.forward_path(mech, [target], drive=name_of_drive)  # one long step
+        assert path.status[0] == solution.status
         if expected.status == "ok":
+            np.testing.assert_allclose(path.outputs[0], expected.pose, atol=1e-7)
             assert solution.success, (pair, target, solution.message)
             np.testing.assert_allclose(pose_of(solution.unwrap()), expected.pose, atol=1e-7)
             continue

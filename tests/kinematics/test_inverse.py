@@ -140,6 +140,9 @@ def test_right_up_to_the_edge_of_reach(
                 assert (off <= np.minimum(allowed, 1e-5)).all(), (inside, depth, off)
                 right = mode_by_oracle(dim, inside, theta) == sign
                 assert (right | (np.abs(apart) < 4e-6)).all(), (inside, depth, sign, off)
+                # What it says of its mode comes from its joints, not from what was asked for.
+                again = pm.verify_closed(mech, solution.unwrap().q)
+                assert dict(again.mode) == dict(solution.unwrap().mode)
             if depth >= 1e-6:
                 solution = pm.inverse(mech, outside)
                 assert solution.status == "unreachable", (outside, depth)

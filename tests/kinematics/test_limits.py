@@ -126,6 +126,26 @@ def test_rods_stay_within_the_universal_joints(wide: pm.Mechanism) -> None:
             assert abs(state.joints[f"rod{k}_u2"]) <= np.pi / 2 + 1e-9
 
 
+def test_without_limits_an_arm_goes_beyond_its_stop_and_no_rod_flips(wide: pm.Mechanism) -> None:
+    """Where a limit must be broken it is that of the arm, by as much as the pose asks for."""
+    assert wide.path is not None
+    urdf = re.sub(
+        r'(<joint name="arm[12]" type=")continuous(".*?<limit )',
+        r'\1revolute\2lower="0.2" upper="0.5" ',
+        (wide.path.parent / "../urdf/antenna_3rsu_wide.urdf").read_text(),
+        flags=re.DOTALL,
+    )
+    mech, rng = pm.from_text(wide.path.read_text(), urdf), np.random.default_rng(66)
+    assert mech.upper[mech.coordinate("arm2")] == 0.5
+    for pose in reachable(oracle.TABLE2, 40, 67):
+        mode = rng.choice([1, -1], 3)
+        state = pm.inverse(mech, pose, mode=asked(mode), limits=False).unwrap()
+        off = np.abs(oracle.wrap(angles(state) - cranks(oracle.TABLE2, pose, mode)[0]))
+        assert (off * transmission(oracle.TABLE2, pose)[0]).max() < 1e-9, (pose, mode)
+        for k in (1, 2, 3):
+            assert abs(state.joints[f"rod{k}_u2"]) <= np.pi / 2 + 1e-9
+
+
 def test_without_limits_no_rod_flips_into_another_working_mode(wide: pm.Mechanism) -> None:
     """A universal joint that has flipped through its lock changes the sign of its limb's
     determinant, and hides that the arm is on its other branch."""

@@ -10,6 +10,7 @@ from oracles import antenna as oracle
 
 import pinmech as pm
 from pinmech.errors import InputError, UnknownNameError
+from pinmech.kinematics.branch import state_signs
 
 from .sampling import ARMS, DIMENSIONS, angles, asked, cranks, reachable, transmission
 
@@ -79,6 +80,27 @@ def test_the_mode_reported_is_that_of_the_joint_values(mech: pm.Mechanism) -> No
         again = pm.verify_closed(mech, state.q)
         assert dict(again.mode) == dict(state.mode)
         check(mech, pose, mode, again)
+
+
+def test_the_mode_reported_is_not_what_a_solver_noted(antenna: pm.Mechanism) -> None:
+    """The solver keeps the signs that it aimed at with a state, for speed; a note that is wrong
+    must not show in what the state says of itself."""
+    state = pm.inverse(antenna, (0.1, 0.2), mode={"arm2": -1}).unwrap()
+    noted = state_signs(state)
+    state.__dict__["_signs"] = -noted
+    assert [state.mode[name] for name in ARMS] == [1, -1, 1]
+
+
+def test_values_are_those_of_the_nearest_turn(wide: pm.Mechanism) -> None:
+    """Continuous joints stay within half a turn of the guess, also where a limb was searched."""
+    rng, guess = np.random.default_rng(17), wide.home
+    for pose in reachable(DIMENSIONS[wide.name], 60, 18):
+        mode = MODES[rng.integers(8)]
+        state = pm.inverse(wide, pose, guess=guess, mode=asked(mode)).unwrap()
+        moved = np.abs(state.q - guess.q)
+        moved[list(wide.outputs.coordinates)] = 0.0
+        assert moved.max() <= np.pi + 1e-9
+        guess = state if rng.random() < 0.3 else guess
 
 
 def test_the_limb_of_the_strut_has_one_mode_only(antenna: pm.Mechanism) -> None:

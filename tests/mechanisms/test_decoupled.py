@@ -249,6 +249,33 @@ def test_crank_is_not_driven_through_the_flat_parallelogram(theta1: float, degre
     assert (solution.success, solution.status) == (False, "singular")
 
 
+#: pinmech/kinematics/tracking.py steps over the crossing of two branches: each determinant keeps
+#: its sign on the way from one branch to the other.
+HOPS = pytest.mark.xfail(reason="tracking hops over crossing branches", strict=True)
+
+
+@HOPS
+@pytest.mark.parametrize("theta1", [0.0, 0.1, 0.4, 1.0, -1.2])
+def test_lines_of_all_lengths_stop_at_the_flat_parallelogram(theta1: float) -> None:
+    """From up to 30 deg before it to up to 80 deg beyond: theta2 = 180 deg - q2 is not entered."""
+    mech = load("decoupled_4r")
+    for start in (60, 80, 85, 88, 89, 89.5):
+        guess = pm.inverse(mech, [theta1, math.radians(start)]).unwrap()
+        for goal in (90.05, 90.5, 92, 95, 120, 170):
+            solution = pm.forward(mech, [theta1, math.radians(goal)], guess=guess)
+            assert solution.status == "singular", (start, goal)
+
+
+@HOPS
+@pytest.mark.parametrize("step", [0.3, 1.0, 3.0, 7.0])
+def test_paths_stop_at_the_flat_parallelogram(step: float) -> None:
+    degrees = np.arange(85.0, 100.0, step)
+    for theta1 in (0.0, 0.4, 1.0, -1.2):
+        rows = np.column_stack([np.full(len(degrees), theta1), np.radians(degrees)])
+        path = pm.forward_path(load("decoupled_4r"), rows)
+        assert set(path.status[degrees > 90.0]) == {"singular"}
+
+
 # ------------------------------------------------------------------------------------ statics
 
 
