@@ -206,6 +206,16 @@ def home_determinants(mechanism: Mechanism) -> Array:
         return determinants(mechanism, system)
 
 
+def meeting_limbs(mechanism: Mechanism, system: ClosureSystem) -> list[str]:
+    """Limbs whose working modes meet at the last evaluated q: the determinant vanishes."""
+    found, home = determinants(mechanism, system), home_determinants(mechanism)
+    return [
+        block.limb
+        for block, here, there in zip(labelled(mechanism), found, home, strict=True)
+        if abs(here) < 1e-6 * abs(there)
+    ]
+
+
 @per_mechanism
 def home_signs(mechanism: Mechanism) -> Array:
     """(n_labelled,) their signs."""

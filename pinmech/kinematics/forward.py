@@ -9,6 +9,7 @@ import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import guess_state, vector
+from pinmech.kinematics.branch import fully_labelled, meeting_limbs
 from pinmech.kinematics.motion import idle_freedoms, input_mobility, motions_at
 from pinmech.kinematics.nearest import nearest_approach
 from pinmech.kinematics.scaling import scaled_closure_jacobian, selector, velocity_scale
@@ -188,6 +189,15 @@ class ForwardSolver:
         state, reason = close(self.mechanism, q, self.system.data)
         if state is None:
             return self._fail("not_converged", reason, self._count)
+        if not fully_labelled(self.mechanism):
+            # Where branches cross, the line may have left for one on which the platform is locked.
+            locked = meeting_limbs(self.mechanism, self.system)
+            if locked:
+                message = (
+                    f"the actuators lead to a type 1 singularity of limb {', '.join(locked)}, "
+                    "where they no longer move the platform"
+                )
+                return self._fail("singular", message, self._count)
         return Solution(True, "ok", CONVERGED, state.residual, self._count, state)
 
     def _solve_subset(

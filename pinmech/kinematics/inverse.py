@@ -16,6 +16,7 @@ from pinmech.kinematics.branch import (
     home_determinants,
     home_signs,
     labelled,
+    meeting_limbs,
     separates,
     wanted_signs,
 )
@@ -296,12 +297,7 @@ class InverseSolver:
     def _converged(self, q: Array) -> str:
         """CONVERGED, or which limbs are where two working modes meet."""
         self.system.evaluate(q)
-        found, home = determinants(self.mechanism, self.system), home_determinants(self.mechanism)
-        meeting = [
-            block.limb
-            for block, here, there in zip(labelled(self.mechanism), found, home, strict=True)
-            if abs(here) < 1e-6 * abs(there)
-        ]
+        meeting = meeting_limbs(self.mechanism, self.system)
         if not meeting:
             return CONVERGED
         return (

@@ -165,7 +165,6 @@ def test_forward_stops_at_the_surface_of_full_locks(mech: pm.Mechanism) -> None:
     assert pm.forward(mech, np.radians([-134.0] * 3)).success
 
 
-@HOPS
 @pytest.mark.parametrize("step", [0.1, 1.0, 3.0])
 def test_paths_stop_at_the_surface_of_full_locks(mech: pm.Mechanism, step: float) -> None:
     """Beyond it the cranks would go on with the platform locked: another branch."""
@@ -176,8 +175,10 @@ def test_paths_stop_at_the_surface_of_full_locks(mech: pm.Mechanism, step: float
     assert set(path.status[beyond]) == {"singular"}
 
 
-@HOPS
-@pytest.mark.parametrize("share", [1.0, 0.3, 0.1, 0.03, 0.01])
+@pytest.mark.parametrize(
+    "share",
+    [1.0, pytest.param(0.3, marks=HOPS), 0.1, pytest.param(0.03, marks=HOPS), 0.01],
+)
 def test_lines_of_all_lengths_stop_at_the_surface(mech: pm.Mechanism, share: float) -> None:
     rng, count = np.random.default_rng(0), 0
     while count < 12:
