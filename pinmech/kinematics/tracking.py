@@ -1,21 +1,22 @@
 """Following a solution along a straight line of held values, without ever changing the branch.
 
-The step is halved until Newton contracts and no singularity lies between two steps. A singularity
-is noticed even for rectangular systems: between neighbouring matrices A and A' of full column
-rank, det(Aᵀ A') changes sign exactly when an odd number of singular values passes through zero.
+A step goes along the tangent, as far as every singular value can afford by its slope, and is halved
+until Newton contracts and no singularity lies between its ends. A singularity is noticed even for
+rectangular systems: between neighbouring matrices A and A' of full column rank, det(Aᵀ A') changes
+sign exactly when an odd number of singular values passes through zero.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pinocchio as pin
 
 from pinmech.kinematics.motion import idle_freedoms
 from pinmech.kinematics.scaling import RANK
-from pinmech.kinematics.solver import Pose, Problem, newton
+from pinmech.kinematics.solver import Pose, Problem, least_squares, newton
 from pinmech.kinematics.walks import nearby
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
@@ -26,10 +27,12 @@ Array = np.ndarray
 LONGEST_MOVE = 0.4
 #: The second Newton step may be this part of the first; more, and the step is halved.
 CONTRACTION = 0.25
-SHORTEST_STEP = 2.0**-13
-#: Singular value, relative to the largest, up to which a direction is open. Below the rank
-#: tolerance: where a parallelogram goes flat it falls with the square of the distance.
-_OPEN = 1e-8
+SHORTEST_STEP = 2.0**-40
+#: A step may take away this part of a singular value, by its slope at the start of the step. Where
+#: two branches cross, each determinant keeps its sign on the way from one branch to the other, and
+#: only a step that ends before the crossing tells them apart.
+_SPENT = 0.5
+_PROBE = 1e-6
 
 
 class Line(Protocol):
@@ -111,17 +114,19 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
     space = regular.row_space(before)
     if space is None:
         return Tracked(False, here, 0.0, True, 0)
-    s, step, count, crossing = 0.0, 1.0, 0, False
+    s, count, crossing = 0.0, 0, False
+    outlook = _look(line, system, here, s, before)
+    step = outlook.room
     while s < 1.0:
         ahead = min(1.0, s + step)
         problem = line.problem(ahead)
-        trial = here.copy()
+        trial = here + (ahead - s) * outlook.tangent
         line.place(trial, ahead)
         run = newton(problem, system, trial, iterations=10)
         count += run.iterations
         moved = np.abs((trial - here)[problem.free] * problem.weights).max(initial=0.0)
         good = (
-            run.converged and moved <= LONGEST_MOVE and run.second <= CONTRACTION * run.first + 1e-6
+            run.converged and moved <= LONGEST_MOVE and run.second <= CONTRACTION * run.first + 1e-9
         )
         if good:
             after = _scaled(problem, system)
@@ -130,16 +135,44 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
         if good:
             here, s, before = trial, ahead, after
             fresh = regular.row_space(before)
-            if fresh is None and s < 1.0:
+            if s >= 1.0:
+                break
+            if fresh is None:
                 return Tracked(False, here, s, True, count)
-            space = fresh if fresh is not None else space
-            step = min(2.0 * step, 1.0)
+            space = fresh
+            outlook = _look(line, system, here, s, before)
+            step = min(2.0 * step, outlook.room)
+            if step < SHORTEST_STEP:
+                return Tracked(False, here, s, True, count)
             continue
         step *= 0.5
         if step < SHORTEST_STEP:
             near = _smallest(before) < 0.05
             return Tracked(False, here, s, bool(crossing or near), count)
     return Tracked(True, here, 1.0, False, count)
+
+
+class _Outlook(NamedTuple):
+    tangent: Array  # (nq,) dq/ds along the line
+    room: float  # the step after which, by its slope, a singular value has lost the part _SPENT
+
+
+def _look(line: Line, system: ClosureSystem, here: Array, s: float, matrix: Array) -> _Outlook:
+    problem, probe = line.problem(s + _PROBE), here.copy()
+    line.place(probe, s + _PROBE)
+    tangent = (probe - here) / _PROBE
+    rates = -least_squares(matrix, problem.residual(system, probe) / problem.length) / _PROBE
+    way = min(_PROBE, 10.0 * _PROBE / max(float(np.abs(rates).max(initial=0.0)), 1e-300))
+    tangent[problem.free] = rates / problem.weights
+    problem = line.problem(s + way)
+    problem.residual(system, here + way * tangent)
+    ahead = _scaled(problem, system)
+    u, values, vt = np.linalg.svd(matrix, full_matrices=False)
+    kept = values > RANK * values[0]
+    slopes = (np.einsum("ij,ik,jk->j", u, ahead, vt) - values)[kept] / way
+    losing = slopes < 0.0
+    room = (_SPENT * values[kept][losing] / -slopes[losing]).min(initial=1.0)
+    return _Outlook(tangent, float(room))
 
 
 def _scaled(problem: Problem, system: ClosureSystem) -> Array:
@@ -164,7 +197,7 @@ class _Regular:
     def row_space(self, matrix: Array) -> Array | None:
         """(n, rank) orthonormal basis of the row space; None when the matrix is singular."""
         _, values, vt = np.linalg.svd(matrix)
-        rank = int((values > _OPEN * values[0]).sum())
+        rank = int((values > RANK * values[0]).sum())
         if matrix.shape[1] - rank > self._open and not self._asked:
             self._open, self._asked = max(self._open, self._usual()), True
         return vt[:rank].T if matrix.shape[1] - rank <= self._open else None
@@ -175,5 +208,5 @@ class _Regular:
         for q in nearby(problem.mechanism):
             problem.residual(self._system, q)
             values = np.linalg.svd(_scaled(problem, self._system), compute_uv=False)
-            found.append(len(problem.free) - int((values > _OPEN * values[0]).sum()))
+            found.append(len(problem.free) - int((values > RANK * values[0]).sum()))
         return min(found)

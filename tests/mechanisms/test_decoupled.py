@@ -249,12 +249,6 @@ def test_crank_is_not_driven_through_the_flat_parallelogram(theta1: float, degre
     assert (solution.success, solution.status) == (False, "singular")
 
 
-#: pinmech/kinematics/tracking.py steps over the crossing of two branches: each determinant keeps
-#: its sign on the way from one branch to the other.
-HOPS = pytest.mark.xfail(reason="tracking hops over crossing branches", strict=True)
-
-
-@HOPS
 @pytest.mark.parametrize("theta1", [0.0, 0.1, 0.4, 1.0, -1.2])
 def test_lines_of_all_lengths_stop_at_the_flat_parallelogram(theta1: float) -> None:
     """From up to 30 deg before it to up to 80 deg beyond: theta2 = 180 deg - q2 is not entered."""
@@ -266,7 +260,6 @@ def test_lines_of_all_lengths_stop_at_the_flat_parallelogram(theta1: float) -> N
             assert solution.status == "singular", (start, goal)
 
 
-@HOPS
 @pytest.mark.parametrize("step", [0.3, 1.0, 3.0, 7.0])
 def test_paths_stop_at_the_flat_parallelogram(step: float) -> None:
     degrees = np.arange(85.0, 100.0, step)
