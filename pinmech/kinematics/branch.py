@@ -6,7 +6,8 @@ for the limb through which the tree reaches the platform, the six rows of the pl
 
 A square block has a determinant that changes sign only where the limb passes through its type 1
 singularity (or where a passive joint chain locks, which joint limits exclude): its sign relative
-to home labels the limb's working mode.
+to home labels the limb's working mode. Where the limb has an idle freedom (a rod that spins between
+two ball joints) the determinant is always zero, and the limb has no label.
 
 An overconstrained limb has more rows than coordinates; its rows depend on each other. Each minor
 of B is c · z, where c = sqrt(det BᵀB) up to sign vanishes exactly where B loses rank, and z is a
@@ -33,7 +34,7 @@ from pinmech.kinematics.scaling import (
     velocity_scale,
 )
 from pinmech.kinematics.state import ClosedState
-from pinmech.kinematics.walks import closed_walks
+from pinmech.kinematics.walks import closed_walks, nearby
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
@@ -149,10 +150,22 @@ def labelled(mechanism: Mechanism) -> tuple[Block, ...]:
     out = []
     for block in found:
         if block.square:
-            out.append(replace(block, minor=np.arange(block.height)))
+            if not _always_singular(mechanism, block):
+                out.append(replace(block, minor=np.arange(block.height)))
         elif block.limb in minors:
             out.append(replace(block, minor=minors[block.limb]))
     return tuple(out)
+
+
+def _always_singular(mechanism: Mechanism, block: Block) -> bool:
+    """True for a square block with an idle freedom (a rod that spins between two ball joints)."""
+    with mechanism.scratch() as system:
+        for q in nearby(mechanism):
+            system.evaluate(q)
+            matrix = block_matrix(mechanism, system, block) / mechanism.length
+            if np.linalg.matrix_rank(matrix, tol=1e-9) == len(block.free):
+                return False
+    return True
 
 
 def _find_minors(mechanism: Mechanism, tall: Sequence[Block]) -> dict[str, Array]:

@@ -79,6 +79,13 @@ def test_rows_of_one_closure_are_independent(kind: str) -> None:
     check(small, small.load().home)
 
 
+def test_a_rod_that_spins_has_no_mode() -> None:
+    """Its determinant is zero everywhere: the sign of what rounding leaves must not be read."""
+    mode = GOOD["rssr"]().load().home.mode
+    assert mode["j0"] is None
+    assert mode["j3"] == 1
+
+
 @pytest.mark.parametrize("name", [name for name, build in GOOD.items() if build().mobility])
 def test_it_really_moves(name: str) -> None:
     """Mobility is finite: the inputs go to and fro, all loops stay closed, the rank stays."""
