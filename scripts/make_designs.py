@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from pinmech.designs import DESIGNS
+from pinmech.designs import ARMS, DESIGNS
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -22,6 +22,8 @@ def files() -> dict[Path, str]:
         design = build()
         out[ROOT / "urdf" / f"{name}.urdf"] = design.urdf
         out[ROOT / "loops" / f"{name}.yaml"] = design.description
+    for name, text in ARMS.items():
+        out[ROOT / "urdf" / f"{name}.urdf"] = text()
     return out
 
 

@@ -1,9 +1,12 @@
 """Parametric designs: from dimensions to the URDF and the description of a mechanism.
 
 :data:`DESIGNS` builds the texts of every mechanism that is committed under ``urdf/`` and
-``loops/``. The functions build a mechanism with other dimensions and assemble it::
+``loops/``, :data:`ARMS` that of every serial arm. The functions build a mechanism with other
+dimensions and assemble it::
 
     mech = pinmech.designs.antenna_3rsu(R=0.2)
+
+:func:`planar_3r` gives the URDF text of an arm, for ``mech.with_arm``.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from pinmech.designs.decoupled_4r import Decoupled4R
 from pinmech.designs.decoupled_pf import DecoupledPF
 from pinmech.designs.gpr_3ps import GPR3PS
 from pinmech.designs.parts import Design
+from pinmech.designs.planar_3r import Planar3R, planar_3r
 from pinmech.designs.spherical_3paur import Spherical3PaUR
 
 if TYPE_CHECKING:
@@ -32,6 +36,9 @@ DESIGNS: dict[str, Callable[[], Design]] = {
     "gpr_3ps": lambda: GPR3PS().build("gpr_3ps"),
     "gpr_3ps_ideal": lambda: GPR3PS(augmented=False).build("gpr_3ps_ideal"),
 }
+
+#: Name of a committed serial arm -> what builds its URDF text.
+ARMS: dict[str, Callable[[], str]] = {"planar_3r": planar_3r}
 
 
 def assemble(design: Design) -> Mechanism:
@@ -76,12 +83,14 @@ def gpr_3ps_ideal(**dimensions: Any) -> Mechanism:
 
 
 __all__ = [
+    "ARMS",
     "DESIGNS",
     "GPR3PS",
     "Antenna3RSU",
     "Decoupled4R",
     "DecoupledPF",
     "Design",
+    "Planar3R",
     "Spherical3PaUR",
     "antenna_3rsu",
     "assemble",
@@ -89,5 +98,6 @@ __all__ = [
     "decoupled_pf",
     "gpr_3ps",
     "gpr_3ps_ideal",
+    "planar_3r",
     "spherical_3paur",
 ]

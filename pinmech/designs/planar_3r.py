@@ -81,14 +81,14 @@ class Planar3R:
         limits = (-self.reach, self.reach)
         blade: list[Solid] = [
             bar(
-                (0.03, 0, 0),
+                ORIGIN,
                 (self.hand, 0, 0),
                 0.060,
                 0.003,
                 Y,
                 "platform",
                 self.density,
-                inset=0.005,
+                inset=(0.03, 0.005),
             ),
             cylinder((0, 0, -0.010), (0, 0, 0.004), 0.022, "joint", self.density, inset=0.001),
         ]
@@ -152,5 +152,5 @@ class Planar3R:
 
 
 def planar_3r(**dimensions: Any) -> str:
-    """URDF text of the arm; arguments of :class:`Planar3R`, in SI. For ``Mechanism.with_arm``."""
+    """The arm as URDF text for ``Mechanism.with_arm``; arguments of :class:`Planar3R`, in SI."""
     return Planar3R(**dimensions).urdf()

@@ -11,11 +11,20 @@ import pinocchio as pin
 from lxml import etree
 
 from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
-from pinmech.mechanism.loading import build_mechanism, is_file
+from pinmech.mechanism.loading import build_mechanism, data_folder, is_file, mechanisms
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.spec import Description
 from pinmech.mechanism.urdf import MOVING, Urdf, read_urdf
 from pinmech.mechanism.yamlfile import read_text
+
+
+def arms() -> dict[str, Path]:
+    """URDF files by name (without ending): the project's own serial arms, then the robots of the
+    package example-robot-data."""
+    own = {path.stem: path for path in sorted((data_folder() / "urdf").glob("*.urdf"))}
+    for name in mechanisms():
+        own.pop(name, None)
+    return {**example_robots(), **own}
 
 
 def example_robots() -> dict[str, Path]:
@@ -46,8 +55,8 @@ def mount_arm(
         )
     path = _find(arm)
     text = read_text(path, DescriptionError) if path else str(arm)
-    label = path.name if path else "arm"
-    tree = _parse(text, label)
+    tree = _parse(text, path.name if path else "arm")
+    label = path.name if path else tree.get("name") or "arm"
     if path:
         _absolute_meshes(tree, path)
     movable = _movable(tree)
@@ -84,7 +93,7 @@ def mount_arm(
 
 
 def _find(arm: str | Path) -> Path | None:
-    """The URDF file meant: a path, the name of an example robot, or None for URDF text."""
+    """The URDF file meant: a path, the name of a known arm, or None for URDF text."""
     if isinstance(arm, str) and arm.lstrip().startswith("<"):
         return None
     if not isinstance(arm, str | Path):
@@ -92,10 +101,10 @@ def _find(arm: str | Path) -> Path | None:
     path = Path(arm)
     if is_file(path):
         return path
-    known = example_robots()
+    known = arms()
     if str(arm) in known:
         return known[str(arm)]
-    raise UnknownNameError("arm (a URDF file, URDF text or an example robot)", str(arm), known)
+    raise UnknownNameError("arm (a URDF file, URDF text or a known arm)", str(arm), known)
 
 
 def _parse(text: str, label: str) -> etree._Element:
@@ -109,17 +118,24 @@ def _parse(text: str, label: str) -> etree._Element:
 
 
 def _absolute_meshes(tree: etree._Element, path: Path) -> None:
-    """Mesh paths of an installed robot package, made absolute; missing files lose their shape."""
-    for mesh in list(tree.iter("mesh")):
+    """Make the mesh paths of a robot package absolute.
+
+    Raises:
+        DescriptionError: naming every mesh file that does not exist.
+    """
+    faults = []
+    for mesh in tree.iter("mesh"):
         name = mesh.get("filename", "")
         relative = name.removeprefix("package://").removeprefix("file://")
         candidates = [path.parent / relative, *(parent / relative for parent in path.parents)]
         found = next((c for c in candidates if c.is_file()), None)
         if found is None:
-            shape = mesh.getparent().getparent()  # <visual> or <collision>
-            shape.getparent().remove(shape)
+            where = f"{path.name}:{mesh.sourceline}"
+            faults.append(Fault(where, f"mesh {name!r} lies neither beside the URDF nor above it"))
         else:
             mesh.set("filename", str(found.resolve()))
+    if faults:
+        raise DescriptionError(path, faults)
 
 
 def _movable(tree: etree._Element) -> list[str]:

@@ -262,7 +262,7 @@ class Mechanism:
         every drive gains the arm's joints. The platform stays the output frame.
 
         Args:
-            arm: a URDF file, URDF text, or the name of a robot of example-robot-data
+            arm: a URDF file, URDF text, or a name: ``planar_3r``, or a robot of example-robot-data
                 (``ur5_robot``, ``panda``).
             placement: the arm's root link in the platform frame [m]; default identity.
             prefix: goes before every name of the arm.

@@ -9,10 +9,12 @@ import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
 from pinocchio.visualize import MeshcatVisualizer
+from pinocchio.visualize.meshcat_visualizer import DaeMeshGeometry
 
 from pinmech.errors import InputError
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show import shapes
+from pinmech.show.collada import one_material_per_geometry
 
 Array = np.ndarray
 
@@ -39,6 +41,13 @@ class BodyVisualizer(MeshcatVisualizer):
         super().loadViewerGeometryObject(geometry_object, geometry_type, color)
         node = self.viewer[self.getViewerNodeName(geometry_object, geometry_type)]
         node.set_transform(_scaled(geometry_object.placement, geometry_object.meshScale))
+
+    def loadMeshFromFile(self, geometry_object: Any) -> Any:
+        """The mesh of a shape, in a form of which the page draws every part."""
+        mesh = super().loadMeshFromFile(geometry_object)
+        if isinstance(mesh, DaeMeshGeometry):
+            mesh.dae_raw = one_material_per_geometry(mesh.dae_raw)
+        return mesh
 
     def updatePlacements(self, geometry_type: Any) -> None:
         """Move the bodies to where ``data`` has them."""

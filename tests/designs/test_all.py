@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 from lxml import etree
 
-from pinmech.designs import DESIGNS
+from pinmech.designs import ARMS, DESIGNS
 from pinmech.mechanism.loading import read_texts
 
 from .helpers import Tree
@@ -138,7 +138,7 @@ def test_check_names_the_stale_files(tmp_path: Path) -> None:
         )
 
     assert run().returncode == 0
-    assert len(list((tmp_path / "urdf").iterdir())) == len(DESIGNS)
+    assert len(list((tmp_path / "urdf").iterdir())) == len(DESIGNS) + len(ARMS)
     assert run("--check").returncode == 0
     urdf = tmp_path / "urdf/gpr_3ps.urdf"
     urdf.write_text(urdf.read_text().replace("0.0985", "0.0986"))

@@ -300,6 +300,28 @@ def test_what_cannot_be_mounted_is_refused() -> None:
     assert len(twice.outputs) == 9
 
 
+def test_the_planar_arm_by_name_is_the_one_its_design_writes() -> None:
+    by_name = gimbal().with_arm("planar_3r", placement=TOP)
+    assert by_name.urdf == wafer_handler().urdf
+    assert by_name.title == wafer_handler().title
+    assert "planar_3r" in by_name.title
+    with pytest.raises(UnknownNameError, match="planar_3r"):
+        gimbal().with_arm("planar_3R")
+
+
+def test_missing_meshes_are_named_all(tmp_path: Path) -> None:
+    mesh = '<visual><geometry><mesh filename="package://here/{}.stl"/></geometry></visual>'
+    text = planar_3r()
+    for name in ("one", "two"):
+        text = text.replace('<link name="hand">', f'<link name="hand">{mesh.format(name)}', 1)
+    (tmp_path / "hand.urdf").write_text(text)
+    with pytest.raises(DescriptionError) as caught:
+        gimbal().with_arm(tmp_path / "hand.urdf")
+    assert [fault.where.startswith("hand.urdf:") for fault in caught.value.faults] == [True, True]
+    assert "one.stl" in str(caught.value)
+    assert "two.stl" in str(caught.value)
+
+
 def test_meshes_are_found() -> None:
     """Mesh paths of the installed robot package are absolute and exist."""
     for name in ("ur5_robot", "panda"):
