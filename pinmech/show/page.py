@@ -80,10 +80,10 @@ _PAGE = """<!DOCTYPE html>
 <style>
 body {{ margin: 0; }}
 #meshcat-pane {{ width: 100vw; height: 100vh; overflow: hidden; }}
-#info {{ position: absolute; left: 8px; top: 8px; max-width: 36em;
-  padding: 6px 10px; border-radius: 6px; background: rgba(246, 249, 252, 0.72);
+#info {{ position: absolute; left: 8px; top: 8px; max-width: 24em;
+  padding: 6px 10px; border-radius: 6px; background: rgba(246, 249, 252, 0.6);
   font: 13px/1.4 system-ui, sans-serif; color: #1c2733; pointer-events: none; }}
-#info h1 {{ font-size: 17px; margin: 0 0 4px; font-weight: 600; }}
+#info h1 {{ font-size: 15px; margin: 0 0 4px; font-weight: 600; }}
 #info p {{ margin: 0 0 2px; }}
 #readout {{ font-variant-numeric: tabular-nums; font-weight: 600; min-height: 1.4em; }}
 </style>
