@@ -56,6 +56,8 @@ class Payload:
         matrix = np.array(self.inertia)
         if np.abs(matrix - matrix.T).max() > 1e-9 * max(1e-12, np.abs(matrix).max()):
             raise InputError("payload inertia must be symmetric")
+        if mass == 0 and np.abs(matrix).max() > 0:
+            raise InputError("a payload without mass cannot have an inertia: give its mass")
         moments = np.linalg.eigvalsh(matrix)
         slack = 1e-9 * max(abs(moments[-1]), 1e-300)
         if moments[0] < -slack or moments[0] + moments[1] < moments[2] - slack:

@@ -81,8 +81,8 @@ def reduce_history(time: Array, torque: Array, speed: Array) -> Reduced:
         peak_time=float(time[peak]),
         rms_torque=math.sqrt(mean),
         peak_speed=float(np.abs(speed).max()),
-        peak_motoring=float(max(power.max(), 0.0)),
-        peak_braking=float(max(-power.min(), 0.0)),
+        peak_motoring=float(max(0.0, power.max())),
+        peak_braking=float(max(0.0, -power.min())),
         positive_work=positive_part(step, power),
     )
 

@@ -319,13 +319,14 @@ class Antenna3RSU:
     def _description(self, name: str) -> str:
         spherical = self.strut == "spherical"
         home = number(self.home_angle)
+        rods = f"rods of {1e3 * self.l2:g} mm"
         outputs = "alpha, beta, gamma" if spherical else "alpha, beta"
         if spherical:
-            title = "3-DOF antenna pointing mechanism, 3-RSU with a central spherical strut"
+            title = f"3-DOF antenna pointing mechanism, 3-RSU, spherical strut, {rods}"
             drives = '"123": [arm1, arm2, arm3]'
             order = "# platform rotation Rx(alpha) Ry(beta) Rz(gamma), gamma about its normal"
         else:
-            title = "2-DOF antenna pointing mechanism, 3-RSU with a central universal strut"
+            title = f"2-DOF antenna pointing mechanism, 3-RSU, universal strut, {rods}"
             drives = (
                 '"12": [arm1, arm2], "13": [arm1, arm3], "23": [arm2, arm3], '
                 '"123": [arm1, arm2, arm3]'

@@ -11,7 +11,8 @@ from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import guess_state, vector
 from pinmech.kinematics.branch import fully_labelled, meeting_limbs
 from pinmech.kinematics.motion import idle_freedoms, input_mobility, motions_at
-from pinmech.kinematics.nearest import nearest_approach
+from pinmech.kinematics.nearest import closing, nearest_approach
+from pinmech.kinematics.outputs import describe
 from pinmech.kinematics.scaling import scaled_closure_jacobian, selector, velocity_scale
 from pinmech.kinematics.solution import CONVERGED, Solution, as_status
 from pinmech.kinematics.solver import (
@@ -138,6 +139,13 @@ class ForwardSolver:
         if closest is None:
             assert trouble is not None
             return trouble
+        elsewhere = self._agreement(wanted, start)
+        if elsewhere is not None:
+            message = (
+                f"the actuators agree at {elsewhere}, but no straight way of theirs leads there "
+                "from the guess; give a guess nearer to it"
+            )
+            return self._fail("not_converged", message, self._count)
         return self._fail("inconsistent", self._contradiction(wanted, closest), self._count)
 
     def _candidates(self, wanted: Array, start: Array) -> Iterator[tuple[Solution | None, Array]]:
@@ -181,6 +189,16 @@ class ForwardSolver:
             if size < 1e-6:
                 break
         return q
+
+    def _agreement(self, wanted: Array, start: Array) -> str | None:
+        """The outputs of any closed configuration with all the values; None when none is found."""
+        mechanism, system, q = self.mechanism, self.system, start.copy()
+        q[self.coordinates] = wanted
+        free = np.setdiff1d(np.arange(mechanism.model.nv), self.coordinates)
+        found = closing(mechanism, system, Problem(mechanism, free), q)
+        if found is None:
+            return None
+        return describe(mechanism, np.array([*found.outputs.values()]))
 
     def _accept(self, q: Array) -> Solution:
         if self.limits and (breaches := limit_breaches(self.mechanism, q)):

@@ -135,7 +135,9 @@ class InverseSolver:
             alone = alone or self._by_limb(target, start, count)
             # The labels of overconstrained limbs do not tell every branch apart: where the
             # continuation did not get through, a solution found otherwise may be on another.
-            if self.trusted or tracked is None or not alone.success:
+            if self.trusted or tracked is None:
+                return alone
+            if not alone.success and not (tracked.singular and alone.status == "not_converged"):
                 return alone
         if tracked is not None and tracked.arrived and self.limits:
             beyond = limit_breaches(mechanism, tracked.q)

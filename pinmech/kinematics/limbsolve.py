@@ -17,7 +17,7 @@ from pinmech.kinematics.solver import (
     newton,
     wrap_towards,
 )
-from pinmech.mechanism.closures import ClosureSystem
+from pinmech.mechanism.closures import ClosureSystem, relative_placement, sense_fault
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
@@ -35,7 +35,7 @@ class LimbAnswer:
     """What a search for one limb found.
 
     Attributes:
-        status: ``ok``, ``unreachable``, ``wrong_mode`` or ``limit``.
+        status: ``ok``, ``unreachable``, ``wrong_mode``, ``limit`` or ``not_converged``.
         message: the reason when it is not ok, without the pose.
         values: (n_free,) values of the limb's free coordinates, None when not ok.
         iterations: linear systems solved.
@@ -91,7 +91,7 @@ def solve_limb(
     if len(block.free) == 0:
         return LimbAnswer("ok", "", np.zeros(0), 0)
     problem = Problem(mechanism, block.free, rows=block.rows, pose=pose)
-    count, beyond, elsewhere = 0, "", False
+    count, beyond, elsewhere, turned = 0, "", False, False
     meeting: Array | None = None
     spare: tuple[tuple[float, float], Array] | None = None
     converged = False
@@ -111,6 +111,9 @@ def solve_limb(
         if not run.converged:
             continue
         converged = True
+        if _turned_round(mechanism, system, block):
+            turned = True
+            continue
         wrap_towards(mechanism, trial, q, block.free)
         breaches = limit_breaches_of(mechanism, trial, block.free)
         found = determinant(mechanism, system, block) if sign is not None else 0.0
@@ -142,9 +145,20 @@ def solve_limb(
     if elsewhere:
         message = f"limb {block.limb} reaches this pose only in its other working mode"
         return LimbAnswer("wrong_mode", message, None, count)
+    if turned:
+        message = f"limb {block.limb} was found closed only with the axes of a joint turned round"
+        return LimbAnswer("not_converged", message, None, count)
     # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
     message = f"limb {block.limb} is on the edge of its reach and did not converge"
     return LimbAnswer("not_converged", message, None, count)
+
+
+def _turned_round(mechanism: Mechanism, system: ClosureSystem, block: Block) -> bool:
+    """True when the limb closes with two axes in opposite directions, as no real joint does."""
+    return any(
+        sense_fault(loop, relative_placement(loop, system.data)) is not None
+        for loop in (mechanism.loops[name] for name in mechanism.limbs[block.limb].loops)
+    )
 
 
 def _shortfall(

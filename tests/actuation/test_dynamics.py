@@ -423,6 +423,7 @@ def test_malformed_arguments(antenna: pm.Mechanism) -> None:
         {"mass": -1.0},
         {"mass": np.nan},
         {"mass": "heavy"},
+        {"mass": 0.0, "inertia": np.eye(3)},
         {"mass": 1.0, "com": (0, 0)},
         {"mass": 1.0, "inertia": np.diag([1.0, 1.0, 3.0])},
         {"mass": 1.0, "inertia": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]},

@@ -143,6 +143,21 @@ def test_contradicting_arms_are_refused_with_the_mismatch(mech: pm.Mechanism) ->
         assert pm.forward(mech, given(theta, others)).success
 
 
+@pytest.mark.parametrize("degrees", [(80.05332048, 82.17867309), (-80.9685065, 81.10853811)])
+def test_arms_that_agree_elsewhere_are_not_called_contradicting(
+    wide: pm.Mechanism, degrees: tuple[float, float]
+) -> None:
+    """Beyond 80 deg about both axes no straight way leads there, but the values do agree."""
+    theta = cranks(DIMENSIONS["antenna_3rsu_wide"], np.deg2rad(degrees))[0]
+    solution = pm.forward(wide, theta)
+    assert solution.status == "not_converged"
+    shown = ", ".join(f"{n} = {x:.4g} deg" for n, x in zip(("alpha", "beta"), degrees, strict=True))
+    assert f"the actuators agree at {shown}" in solution.message
+    near = pm.inverse(wide, np.deg2rad(degrees) - 0.05).unwrap()
+    state = pm.forward(wide, theta, guess=near).unwrap()
+    np.testing.assert_allclose(np.rad2deg(pose_of(state)), degrees, atol=1e-6)
+
+
 def test_the_tolerance_decides_what_agrees(antenna: pm.Mechanism) -> None:
     theta = cranks(T1, np.array([0.1, 0.05]))[0] + [0.0, 0.0, 1e-4]
     assert pm.forward(antenna, theta).status == "inconsistent"

@@ -260,6 +260,15 @@ def test_lines_of_all_lengths_stop_at_the_flat_parallelogram(theta1: float) -> N
             assert solution.status == "singular", (start, goal)
 
 
+@pytest.mark.parametrize("degrees", [130.0, 170.0, 179.0, 180.0, -180.0, 200.0])
+def test_beyond_the_stretched_chain_is_singular(degrees: float) -> None:
+    """Further round, closed configurations exist on other branches, some with an axis of a joint
+    turned round: none of them is returned."""
+    solution = pm.inverse(load("decoupled_4r"), [math.radians(degrees), 0.3])
+    assert (solution.status, solution.state) == ("singular", None)
+    assert "% of the way" in solution.message
+
+
 @pytest.mark.parametrize("step", [0.3, 1.0, 3.0, 7.0])
 def test_paths_stop_at_the_flat_parallelogram(step: float) -> None:
     degrees = np.arange(85.0, 100.0, step)

@@ -186,6 +186,14 @@ def test_lines_of_all_lengths_stop_at_the_surface(mech: pm.Mechanism, share: flo
         assert pm.forward(mech, goal, guess=guess).status == "singular"
 
 
+@pytest.mark.parametrize("axis", np.vstack([np.eye(3), -np.eye(3)]).tolist())
+def test_a_quarter_turn_about_an_axis_is_singular(mech: pm.Mechanism, axis: list[float]) -> None:
+    """w_i = ±u_i: whatever rounding leaves, the answer is the same."""
+    for angle in (HALF_PI, HALF_PI - 1e-12, HALF_PI + 1e-12):
+        solution = pm.inverse(mech, angle * np.array(axis))
+        assert (solution.status, solution.state) == ("singular", None)
+
+
 def test_crank_range_is_guarded(mech: pm.Mechanism) -> None:
     """phi in -180 .. 0 deg: at its ends the parallelogram is flat."""
     for s, crank in (([1.7, 0, 0], 1), ([0, 1.7, 0], 2), ([0, 0, 1.7], 3)):
