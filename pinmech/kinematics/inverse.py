@@ -110,6 +110,8 @@ class InverseSolver:
             count = run.iterations
             if run.converged and self._accept(q, start, strict=True):
                 return self._finish(q, count)
+        if self.joints and self.limits and (outside := self._outside(target)):
+            return self._fail("limit", f"needs {outside[0]}", count)
         tracked, alone = None, None
         if separates(mechanism) and max(len(block.free) for block in blocks(mechanism)) <= 3:
             # Small limbs: a few searches settle whether they reach at all, before a continuation
@@ -233,14 +235,6 @@ class InverseSolver:
     def _by_limb(self, target: Array, start: Array, count: int) -> Solution:
         q = start.copy()
         q[self.held] = target
-        breaches = limit_breaches(self.mechanism, np.where(self._is_held(), q, 0.0 * q))
-        outside = [
-            text
-            for text in breaches
-            if any(f"joint {name} " in text for name in self.mechanism.outputs)
-        ]
-        if self.limits and outside:
-            return self._fail("limit", f"needs {outside[0]}", count)
         troubles = []
         for block, sign, size in self._wanted():
             answer = solve_limb(
@@ -265,10 +259,11 @@ class InverseSolver:
         self.system.evaluate(q)
         return self._finish(q, count)
 
-    def _is_held(self) -> Array:
-        mask = np.zeros(self.mechanism.model.nq, dtype=bool)
-        mask[self.held] = True
-        return mask
+    def _outside(self, target: Array) -> list[str]:
+        """Outputs that are beyond the limits of their own joints."""
+        q = np.clip(0.0, self.mechanism.lower, self.mechanism.upper)
+        q[self.held] = target
+        return limit_breaches(self.mechanism, q)
 
     def _search(self, target: Array, start: Array, count: int) -> Solution:
         """Where limbs do not separate: is there any configuration at all?"""

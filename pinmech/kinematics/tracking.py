@@ -16,14 +16,15 @@ import pinocchio as pin
 
 from pinmech.kinematics.motion import idle_freedoms
 from pinmech.kinematics.scaling import RANK
-from pinmech.kinematics.solver import Pose, Problem, least_squares, newton
+from pinmech.kinematics.solver import Pose, Problem, newton
 from pinmech.kinematics.walks import nearby
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 
-#: A step that moves a free coordinate further [rad or characteristic lengths] is halved.
+#: A step that moves a free coordinate further [rad, characteristic lengths, or for a slider that is
+#: out by more than one such length the same part of its value] is halved.
 LONGEST_MOVE = 0.4
 #: The second Newton step may be this part of the first; more, and the step is halved.
 CONTRACTION = 0.25
@@ -124,10 +125,10 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
         line.place(trial, ahead)
         run = newton(problem, system, trial, iterations=10)
         count += run.iterations
-        moved = np.abs((trial - here)[problem.free] * problem.weights).max(initial=0.0)
-        good = (
-            run.converged and moved <= LONGEST_MOVE and run.second <= CONTRACTION * run.first + 1e-9
-        )
+        moved = np.abs((trial - here)[problem.free] * _measure(problem, here)).max(initial=0.0)
+        # Where closures close to second order, steps below RANK are noise.
+        contracts = run.second <= CONTRACTION * run.first + RANK
+        good = run.converged and moved <= LONGEST_MOVE and contracts
         if good:
             after = _scaled(problem, system)
             crossing = float(np.linalg.det(space.T @ before.T @ after @ space)) <= 0.0
@@ -152,26 +153,35 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
     return Tracked(True, here, 1.0, False, count)
 
 
+def _measure(problem: Problem, q: Array) -> Array:
+    """(n_free,) weights for moves of the free coordinates."""
+    free, weights = problem.free, problem.weights
+    out = np.where(problem.mechanism.revolving[free], 1.0, np.abs(q[free]) * weights)
+    measure: Array = weights / np.maximum(1.0, out)
+    return measure
+
+
 class _Outlook(NamedTuple):
     tangent: Array  # (nq,) dq/ds along the line
     room: float  # the step after which, by its slope, a singular value has lost the part _SPENT
 
 
 def _look(line: Line, system: ClosureSystem, here: Array, s: float, matrix: Array) -> _Outlook:
+    u, values, vt = np.linalg.svd(matrix, full_matrices=False)
+    rank = int((values > RANK * values[0]).sum())
+    u, values, vt = u[:, :rank], values[:rank], vt[:rank]
     problem, probe = line.problem(s + _PROBE), here.copy()
     line.place(probe, s + _PROBE)
     tangent = (probe - here) / _PROBE
-    rates = -least_squares(matrix, problem.residual(system, probe) / problem.length) / _PROBE
-    way = min(_PROBE, 10.0 * _PROBE / max(float(np.abs(rates).max(initial=0.0)), 1e-300))
+    # Without the open directions, in which there is nothing but noise.
+    rates = -vt.T @ (u.T @ problem.residual(system, probe) / values) / (_PROBE * problem.length)
     tangent[problem.free] = rates / problem.weights
+    way = min(_PROBE, 10.0 * _PROBE / max(float(np.abs(rates).max(initial=0.0)), 1e-300))
     problem = line.problem(s + way)
     problem.residual(system, here + way * tangent)
-    ahead = _scaled(problem, system)
-    u, values, vt = np.linalg.svd(matrix, full_matrices=False)
-    kept = values > RANK * values[0]
-    slopes = (np.einsum("ij,ik,jk->j", u, ahead, vt) - values)[kept] / way
+    slopes = (np.einsum("ij,ik,jk->j", u, _scaled(problem, system), vt) - values) / way
     losing = slopes < 0.0
-    room = (_SPENT * values[kept][losing] / -slopes[losing]).min(initial=1.0)
+    room = (_SPENT * values[losing] / -slopes[losing]).min(initial=1.0)
     return _Outlook(tangent, float(room))
 
 

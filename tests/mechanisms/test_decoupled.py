@@ -14,6 +14,9 @@ from oracles import decoupled as oracle
 
 import pinmech as pm
 from pinmech.errors import InputError
+from pinmech.kinematics.branch import home_signs
+from pinmech.kinematics.inverse import InverseSolver
+from pinmech.kinematics.limbsolve import solve_limb
 
 Array = np.ndarray
 load = functools.cache(pm.load)
@@ -267,6 +270,22 @@ def test_beyond_the_stretched_chain_is_singular(degrees: float) -> None:
     solution = pm.inverse(load("decoupled_4r"), [math.radians(degrees), 0.3])
     assert (solution.status, solution.state) == ("singular", None)
     assert "% of the way" in solution.message
+
+
+@pytest.mark.parametrize("degrees", [170.0, 180.0])
+def test_a_limb_with_an_axis_turned_round_is_no_answer(degrees: float) -> None:
+    mech = load("decoupled_4r")
+    with mech.scratch() as system:
+        solver = InverseSolver(mech, system, home_signs(mech), limits=True)
+        q = mech.home.q.copy()
+        q[solver.held] = math.radians(degrees), 0.3
+        for block, sign, size in solver._wanted():
+            found = solve_limb(
+                mech, system, block, q, sign=sign, home_determinant=size, limits=True
+            )
+            assert found.values is not None, found.message
+            q[block.free] = found.values
+    pm.verify_closed(mech, q)  # also asks for the sense of every axis
 
 
 @pytest.mark.parametrize("step", [0.3, 1.0, 3.0, 7.0])
