@@ -164,12 +164,12 @@ def print_mobility(state: ClosedState, found: Mobility, screws: LimbScrews, to: 
     print_line(to, f"{_place(state)}{locked}", "bold")
     idle = f" ({', '.join(found.idle_joints)})" if found.idle else ""
     facts = {
-        "degrees of freedom": f"{found.dof}, of which {found.finite_dof} go on as finite motions",
+        "degrees of freedom": f"{found.dof}; as finite motions {found.finite_dof}",
         "idle motions": f"{found.idle}{idle}",
         "joints": str(found.joints),
         "closure rows": f"{found.rows}, rank {found.rank}",
         "overconstraint": str(found.overconstraint),
-        "joints - rows": f"{found.kutzbach} (the counting formula)",
+        "Kutzbach count": f"{found.kutzbach} (joints - rows)",
     }
     for name, text in facts.items():
         print_line(to, f"{name + ':':<20}{text}")
