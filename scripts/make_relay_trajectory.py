@@ -24,13 +24,11 @@ ellipsoid raised by that height is taken as an ellipsoid with both semi-axes lon
 
 from __future__ import annotations
 
-import argparse
-import sys
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import trajectory_script
 
 from pinmech.actuation.trajectory import Trajectory
 from pinmech.errors import MissingExtraError, PinmechError
@@ -44,8 +42,7 @@ GEOSTATIONARY_RADIUS = 42_164.17  # km, of an orbit that takes one sidereal day
 EQUATORIAL_RADIUS, FLATTENING = 6_378.137, 1 / 298.257223563  # WGS-84, km
 ATMOSPHERE = 100.0  # km
 STEP = 10.0  # s
-TOLERANCE = 1e-9  # rad; sgp4 releases agree to far less
-FILE = Path(__file__).resolve().parent / "trajectories" / "relay_iss.csv"
+FILE = trajectory_script.FOLDER / "relay_iss.csv"
 
 Array = np.ndarray
 
@@ -149,41 +146,10 @@ def arc() -> tuple[Trajectory, list[str]]:
     return Trajectory(("alpha", "beta"), time, values), comments
 
 
-def check(fresh: Trajectory, path: Path) -> str:
-    """What differs between the committed file and a fresh calculation; empty if nothing."""
-    stored = Trajectory.from_csv(path)
-    if stored.names != fresh.names or stored.values.shape != fresh.values.shape:
-        return f"{path} holds other columns or rows than a fresh calculation"
-    if np.abs(stored.time - fresh.time).max() > 1e-9:
-        return f"{path} has other times than a fresh calculation"
-    worst = float(np.abs(stored.values - fresh.values).max())
-    if worst > TOLERANCE:
-        return f"{path} differs from a fresh calculation by {worst:.2e} rad (over {TOLERANCE} rad)"
-    return ""
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Write or check the file; the exit code is 0 when all is well."""
-    parser = argparse.ArgumentParser(description="Write the trajectory of a relay antenna.")
-    parser.add_argument("--check", action="store_true", help="compare, do not write")
-    parser.add_argument("--out", type=Path, default=FILE, help=f"default: {FILE}")
-    options = parser.parse_args(arguments)
-    try:
-        trajectory, comments = arc()
-        if options.check:
-            problem = check(trajectory, options.out)
-            print(problem or f"{options.out} is what this script writes (within {TOLERANCE} rad)")
-            return 1 if problem else 0
-        trajectory.to_csv(options.out, comments=comments)
-    except PinmechError as error:
-        print(error, file=sys.stderr)
-        return 2
-    largest = np.degrees(np.abs(trajectory.values).max(axis=0))
-    print(
-        f"{options.out}: {len(trajectory.time)} samples, {trajectory.duration:.0f} s, "
-        f"|alpha| up to {largest[0]:.2f} deg, |beta| up to {largest[1]:.2f} deg"
-    )
-    return 0
+    description = "Write the trajectory of a relay antenna."
+    return trajectory_script.run(arc, FILE, arguments, description=description)
 
 
 if __name__ == "__main__":

@@ -21,22 +21,18 @@ deg, where the azimuth would jump.
 
 from __future__ import annotations
 
-import argparse
-import sys
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import numpy as np
+import trajectory_script
 
 from pinmech.actuation.trajectory import Trajectory
-from pinmech.errors import PinmechError
 
 LATITUDE, LONGITUDE = 48.0, 11.0  # deg, east positive
 DAY = datetime(2024, 6, 21, tzinfo=UTC)
 LOWEST = 20.0  # deg, elevation of the sun at both ends
 STEP = 60.0  # s
-TOLERANCE = 1e-9  # rad
-FILE = Path(__file__).resolve().parent / "trajectories" / "sun_june.csv"
+FILE = trajectory_script.FOLDER / "sun_june.csv"
 
 Array = np.ndarray
 
@@ -88,41 +84,10 @@ def day() -> tuple[Trajectory, list[str]]:
     return Trajectory(("theta1", "theta2"), clock[kept] - clock[kept][0], values), comments
 
 
-def check(fresh: Trajectory, path: Path) -> str:
-    """What differs between the committed file and a fresh calculation; empty if nothing."""
-    stored = Trajectory.from_csv(path)
-    if stored.names != fresh.names or stored.values.shape != fresh.values.shape:
-        return f"{path} holds other columns or rows than a fresh calculation"
-    if np.abs(stored.time - fresh.time).max() > 1e-9:
-        return f"{path} has other times than a fresh calculation"
-    worst = float(np.abs(stored.values - fresh.values).max())
-    if worst > TOLERANCE:
-        return f"{path} differs from a fresh calculation by {worst:.2e} rad (over {TOLERANCE} rad)"
-    return ""
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Write or check the file; the exit code is 0 when all is well."""
-    parser = argparse.ArgumentParser(description="Write the trajectory of a solar tracker.")
-    parser.add_argument("--check", action="store_true", help="compare, do not write")
-    parser.add_argument("--out", type=Path, default=FILE, help=f"default: {FILE}")
-    options = parser.parse_args(arguments)
-    try:
-        trajectory, comments = day()
-        if options.check:
-            problem = check(trajectory, options.out)
-            print(problem or f"{options.out} is what this script writes (within {TOLERANCE} rad)")
-            return 1 if problem else 0
-        trajectory.to_csv(options.out, comments=comments)
-    except PinmechError as error:
-        print(error, file=sys.stderr)
-        return 2
-    low, high = np.degrees(trajectory.values.min(axis=0)), np.degrees(trajectory.values.max(axis=0))
-    print(
-        f"{options.out}: {len(trajectory.time)} samples, {trajectory.duration:.0f} s, "
-        f"theta1 {low[0]:.2f} .. {high[0]:.2f} deg, theta2 {low[1]:.2f} .. {high[1]:.2f} deg"
-    )
-    return 0
+    description = "Write the trajectory of a solar tracker."
+    return trajectory_script.run(day, FILE, arguments, description=description)
 
 
 if __name__ == "__main__":

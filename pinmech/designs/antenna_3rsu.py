@@ -22,13 +22,12 @@ from pinmech.designs.parts import (
     Design,
     Drive,
     Passive,
+    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
-    not_negative,
     number,
-    positive,
     urdf_text,
 )
 from pinmech.designs.solids import (
@@ -100,30 +99,7 @@ class Antenna3RSU:
     passive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(
-            R=self.R,
-            r=self.r,
-            h=self.h,
-            l1=self.l1,
-            l2=self.l2,
-            arm_width=self.arm_width,
-            arm_thickness=self.arm_thickness,
-            rod_radius=self.rod_radius,
-            post_radius=self.post_radius,
-            plate=self.plate,
-            density=self.density,
-            dish_focal=self.dish_focal,
-            dish_thickness=self.dish_thickness,
-            effort=self.effort,
-            velocity=self.velocity,
-        )
-        not_negative(
-            dish_radius=self.dish_radius,
-            drive_friction=self.drive_friction,
-            drive_damping=self.drive_damping,
-            passive_friction=self.passive_friction,
-            passive_damping=self.passive_damping,
-        )
+        check_numbers(self, may_be_zero=("dish_radius",))
         if self.strut not in ("universal", "spherical"):
             raise InputError(f"strut must be 'universal' or 'spherical', not {self.strut!r}")
         _ = self.home_angle

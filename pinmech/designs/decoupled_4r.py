@@ -22,12 +22,11 @@ from pinmech.designs.parts import (
     Design,
     Drive,
     Passive,
+    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
-    not_negative,
-    positive,
     urdf_text,
 )
 from pinmech.designs.solids import (
@@ -78,23 +77,7 @@ class Decoupled4R:
     passive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(
-            e=self.e,
-            m=self.m,
-            pivot=self.pivot,
-            half=self.half,
-            density=self.density,
-            effort1=self.effort1,
-            velocity1=self.velocity1,
-            effort2=self.effort2,
-            velocity2=self.velocity2,
-        )
-        not_negative(
-            drive_friction=self.drive_friction,
-            drive_damping=self.drive_damping,
-            passive_friction=self.passive_friction,
-            passive_damping=self.passive_damping,
-        )
+        check_numbers(self)
         if len(self.elbow) != 2 or not all(math.isfinite(v) for v in self.elbow):
             raise InputError(f"elbow must be two finite numbers (x, y), not {self.elbow!r}")
         x, y = self.elbow

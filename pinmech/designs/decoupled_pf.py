@@ -22,12 +22,11 @@ from pinmech.designs.parts import (
     Design,
     Drive,
     Passive,
+    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
-    not_negative,
-    positive,
     urdf_text,
 )
 from pinmech.designs.solids import (
@@ -79,22 +78,7 @@ class DecoupledPF:
     passive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(
-            e=self.e,
-            stroke=self.stroke,
-            drop=self.drop,
-            density=self.density,
-            effort1=self.effort1,
-            velocity1=self.velocity1,
-            effort2=self.effort2,
-            velocity2=self.velocity2,
-        )
-        not_negative(
-            drive_friction=self.drive_friction,
-            drive_damping=self.drive_damping,
-            passive_friction=self.passive_friction,
-            passive_damping=self.passive_damping,
-        )
+        check_numbers(self)
         if self.pair not in PAIRS:
             raise InputError(f"pair must be one of {', '.join(PAIRS)}, not {self.pair!r}")
 

@@ -27,12 +27,11 @@ from typing import Any
 from pinmech.designs.parts import (
     Design,
     Drive,
+    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
-    not_negative,
-    positive,
     urdf_text,
 )
 from pinmech.designs.solids import (
@@ -83,20 +82,7 @@ class GPR3PS:
     drive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(
-            R=self.R,
-            q_home=self.q_home,
-            q_upper=self.q_upper,
-            slider_travel=self.slider_travel,
-            density=self.density,
-            effort=self.effort,
-            velocity=self.velocity,
-        )
-        not_negative(
-            q_lower=self.q_lower,
-            drive_friction=self.drive_friction,
-            drive_damping=self.drive_damping,
-        )
+        check_numbers(self, may_be_zero=("q_lower",))
         if not self.q_lower <= self.q_home <= self.q_upper:
             raise InputError(
                 f"q_home = {self.q_home:g} m must lie within q_lower = {self.q_lower:g} and "

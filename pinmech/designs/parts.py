@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -232,24 +232,26 @@ def number(value: float, digits: int = KINEMATIC_DIGITS, angle: bool = False) ->
     return text[:-2] if text.endswith(".0") else text
 
 
-def positive(**values: float) -> None:
-    """Check that every value is a finite positive number; one message lists those that are not."""
-    _check("positive", lambda v: v > 0.0, values)
+def check_numbers(dimensions: Any, *, may_be_zero: Sequence[str] = ()) -> None:
+    """Check the ``float`` fields of a dataclass of dimensions: finite and positive; those named in
+    ``may_be_zero``, frictions and dampings only finite and not negative.
 
-
-def not_negative(**values: float) -> None:
-    """Check that every value is a finite number of at least 0."""
-    _check("at least 0", lambda v: v >= 0.0, values)
-
-
-def _check(what: str, holds: Any, values: dict[str, float]) -> None:
-    bad = []
-    for key, value in values.items():
-        is_number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-        if not is_number or not math.isfinite(value) or not holds(value):
-            bad.append(f"{key} = {value!r}")
+    Raises:
+        InputError: one message that lists all fields that are not.
+    """
+    bad: dict[str, list[str]] = {}
+    for field in fields(dimensions):
+        if field.type not in ("float", float):
+            continue
+        value = getattr(dimensions, field.name)
+        zero = field.name in may_be_zero or field.name.endswith(("_friction", "_damping"))
+        what = "at least 0" if zero else "positive"
+        number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+        if not number or not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero):
+            bad.setdefault(what, []).append(f"{field.name} = {value!r}")
     if bad:
-        raise InputError(f"must be finite and {what}: {', '.join(bad)}")
+        texts = (f"must be finite and {what}: {', '.join(names)}" for what, names in bad.items())
+        raise InputError("; ".join(texts))
 
 
 def _geometry(y: Any, shape: tuple[str, tuple[float, ...]]) -> Any:

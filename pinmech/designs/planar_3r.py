@@ -14,12 +14,11 @@ from typing import Any
 
 from pinmech.designs.parts import (
     Drive,
+    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
-    not_negative,
-    positive,
     urdf_text,
 )
 from pinmech.designs.solids import (
@@ -62,18 +61,7 @@ class Planar3R:
     drive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(
-            upper=self.upper,
-            fore=self.fore,
-            hand=self.hand,
-            height=self.height,
-            step=self.step,
-            reach=self.reach,
-            density=self.density,
-            effort=self.effort,
-            velocity=self.velocity,
-        )
-        not_negative(drive_friction=self.drive_friction, drive_damping=self.drive_damping)
+        check_numbers(self)
 
     def urdf(self, name: str = "planar_3r") -> str:
         """The arm as URDF text."""

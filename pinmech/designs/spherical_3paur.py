@@ -34,12 +34,11 @@ from pinmech.designs.parts import (
     Design,
     Drive,
     Passive,
+    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
-    not_negative,
-    positive,
     urdf_text,
 )
 from pinmech.designs.solids import (
@@ -103,21 +102,7 @@ class Spherical3PaUR:
     passive_damping: float = 0.0
 
     def __post_init__(self) -> None:
-        positive(
-            r0=self.r0,
-            l0=self.l0,
-            ab=self.ab,
-            density=self.density,
-            effort=self.effort,
-            velocity=self.velocity,
-        )
-        not_negative(
-            crank_margin=self.crank_margin,
-            drive_friction=self.drive_friction,
-            drive_damping=self.drive_damping,
-            passive_friction=self.passive_friction,
-            passive_damping=self.passive_damping,
-        )
+        check_numbers(self, may_be_zero=("crank_margin",))
         if self.cut not in CUTS:
             raise InputError(f"cut must be one of {', '.join(CUTS)}, not {self.cut!r}")
         if not self.ab < self.l0:

@@ -4,13 +4,11 @@ hand, from masses, lengths and formulas that do not pass through the closures.""
 from __future__ import annotations
 
 import functools
-import importlib.util
 import math
-import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from types import ModuleType
 
+import make_sun_trajectory
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -260,27 +258,14 @@ def test_both_trackers_follow_the_same_sun() -> None:
 # ------------------------------------------------------------------------------- the sun
 
 
-@functools.cache
-def sun_script() -> ModuleType:
-    path = ROOT / "scripts" / "make_sun_trajectory.py"
-    spec = importlib.util.spec_from_file_location("make_sun_trajectory", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_committed_trajectory_is_what_the_script_writes(tmp_path: Path) -> None:
-    script = sun_script()
-    assert script.main(["--check"]) == 0
+    assert make_sun_trajectory.main(["--check"]) == 0
     out = tmp_path / "sun.csv"
-    assert script.main(["--out", str(out)]) == 0
-    assert out.read_bytes() == script.FILE.read_bytes()
+    assert make_sun_trajectory.main(["--out", str(out)]) == 0
+    assert out.read_bytes() == make_sun_trajectory.FILE.read_bytes()
     text = out.read_text().replace("0.0,1.79", "0.0,1.78", 1)
     out.write_text(text)
-    assert script.main(["--check", "--out", str(out)]) == 1
+    assert make_sun_trajectory.main(["--check", "--out", str(out)]) == 1
 
 
 @pytest.mark.parametrize(
@@ -298,7 +283,7 @@ def test_sun_against_the_almanac(day: datetime, declination: float, equation: fl
     [minutes], which almanacs print."""
     days = (day - datetime(2000, 1, 1, 12, tzinfo=UTC)) / timedelta(days=1)
     clock = np.arange(0.0, 86400.0, 5.0)
-    elevation, azimuth = sun_script().sun(days + clock / 86400.0, 48.0, 0.0)
+    elevation, azimuth = make_sun_trajectory.sun(days + clock / 86400.0, 48.0, 0.0)
     south = int(np.argmin(np.abs(azimuth)))
     assert np.degrees(elevation[south]) == pytest.approx(42.0 + declination, abs=0.1)
     assert (43200.0 - clock[south]) / 60.0 == pytest.approx(equation, abs=0.3)
@@ -312,7 +297,7 @@ def test_sun_against_the_almanac(day: datetime, declination: float, equation: fl
 def test_sun_of_the_southern_half() -> None:
     """At 48 deg South the noon sun stands in the north: azimuth ±180 deg from south."""
     days = 8936.0 + np.linspace(0, 1, 2881)
-    elevation, azimuth = sun_script().sun(days, -48.0, 11.0)
+    elevation, azimuth = make_sun_trajectory.sun(days, -48.0, 11.0)
     noon = int(np.argmax(elevation))
     assert abs(azimuth[noon]) > math.radians(179.0)
 

@@ -1,6 +1,6 @@
 """Trajectories: the CSV file, its faults, the spline and its order, orientation rates."""
 
-import importlib.util
+import importlib
 from pathlib import Path
 
 import numpy as np
@@ -409,11 +409,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture(scope="module")
 def relay():
     pytest.importorskip("sgp4")
-    path = ROOT / "scripts" / "make_relay_trajectory.py"
-    spec = importlib.util.spec_from_file_location("make_relay_trajectory", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("make_relay_trajectory")
 
 
 def test_the_committed_trajectory_is_what_the_script_writes(relay, tmp_path: Path, capsys) -> None:

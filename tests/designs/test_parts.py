@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from pinmech.designs import parts, solids
+from pinmech.designs import (
+    GPR3PS,
+    Antenna3RSU,
+    Decoupled4R,
+    DecoupledPF,
+    Planar3R,
+    Spherical3PaUR,
+    parts,
+    solids,
+)
 from pinmech.errors import InputError
 
 POINTS = [
@@ -231,7 +242,30 @@ def test_a_link_needs_a_mass() -> None:
         parts.make_link("empty", [])
 
 
+@dataclass(frozen=True)
+class Sizes:
+    a: float = 1.0
+    b: float = 2.0
+    gap: float = 0.0
+    joint_friction: float = 0.0
+    kind: str = "plain"
+
+
 def test_checks_list_every_bad_value() -> None:
-    with pytest.raises(InputError, match=r"a = -1\.0, c = True"):
-        parts.positive(a=-1.0, b=2.0, c=True)
-    parts.not_negative(a=0.0, b=np.float64(1.0), c=3)
+    parts.check_numbers(Sizes(b=np.float64(1.0), a=3), may_be_zero=("gap",))
+    with pytest.raises(InputError, match=r"positive: a = -1\.0, b = True, gap = 0\.0$"):
+        parts.check_numbers(Sizes(a=-1.0, b=True))
+    with pytest.raises(InputError, match=r"positive: a = '1'; must be .* 0: joint_friction = nan"):
+        parts.check_numbers(Sizes(a="1", joint_friction=math.nan), may_be_zero=("gap",))
+
+
+@pytest.mark.parametrize(
+    "make", [Antenna3RSU, Decoupled4R, DecoupledPF, GPR3PS, Planar3R, Spherical3PaUR]
+)
+def test_every_number_of_every_design_is_checked(make: Callable[..., object]) -> None:
+    numbers = [field.name for field in fields(make) if field.type == "float"]  # type: ignore[arg-type]
+    assert len(numbers) > 8
+    for name in numbers:
+        for bad in (-1.0, math.inf, math.nan):
+            with pytest.raises(InputError, match=f"{name} = "):
+                make(**{name: bad})

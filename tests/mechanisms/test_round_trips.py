@@ -6,11 +6,8 @@ scripts/check_round_trips.py does 5,000 poses of each sample; here it does 150.
 from __future__ import annotations
 
 import functools
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
 
+import check_round_trips
 import numpy as np
 import pytest
 from oracles import spherical_3paur as oracle
@@ -19,26 +16,14 @@ import pinmech as pm
 
 from .wrist import angles
 
-SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "check_round_trips.py"
 load = functools.cache(pm.load)
-
-
-@functools.cache
-def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("check_round_trips", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize(
     "name", ["spherical_3paur", "decoupled_pf", "decoupled_4r", "gpr_3ps", "gpr_3ps_ideal"]
 )
 def test_150_round_trips(name: str) -> None:
-    for tally in script().run(name, 150, seed=1, loud=False):
+    for tally in check_round_trips.run(name, 150, seed=1, loud=False):
         assert tally.violations == []
         assert tally.count == 150
         assert not tally.refused
@@ -48,13 +33,13 @@ def test_150_round_trips(name: str) -> None:
 @pytest.mark.parametrize("name", ["decoupled_pf", "decoupled_4r"])
 def test_trips_next_to_the_other_assembly(name: str) -> None:
     """From 85 to 89.9 deg an answer is right or refused as singular."""
-    for tally in script().run(name, 60, seed=2, edge=True, loud=False):
+    for tally in check_round_trips.run(name, 60, seed=2, edge=True, loud=False):
         assert tally.violations == []
         assert sum(tally.refused.values()) < 20
 
 
 def test_the_script_itself(capsys: pytest.CaptureFixture[str]) -> None:
-    assert script().main(["--poses", "3", "--mechanism", "gpr_3ps"]) == 0
+    assert check_round_trips.main(["--poses", "3", "--mechanism", "gpr_3ps"]) == 0
     out, err = capsys.readouterr()
     assert "gpr_3ps" in out
     assert "round trip" in out
@@ -63,7 +48,7 @@ def test_the_script_itself(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_script_sees_a_wrong_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Poses that are off by 1e-8 are violations."""
-    module = script()
+    module = check_round_trips
     subject = module.SUBJECTS["gpr_3ps"]
     off = module.Subject(
         subject.outputs,
@@ -110,7 +95,7 @@ def test_cranks_beyond_their_range_are_never_answered() -> None:
     """Any rotation with some R_ii < 0 needs a crank beyond the flat parallelogram."""
     rng, count = np.random.default_rng(5), 0
     while count < 25:
-        turn = script().random_rotation(rng)
+        turn = check_round_trips.random_rotation(rng)
         if np.diag(turn).min() > -0.05:
             continue
         count += 1

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
+import reproduce_papers
 
 import pinmech as pm
 from pinmech.reports import PaperTable, Reproduction
@@ -17,18 +16,6 @@ from pinmech.reports.gpr_model import rates, rod_tips, spans, staggered
 from pinmech.reports.spherical_model import TABLE_1, state_at, vectors
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module")
-def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location(
-        "reproduce_papers", ROOT / "scripts" / "reproduce_papers.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_a_longer_strut_spoils_the_singular_pose() -> None:
@@ -82,15 +69,13 @@ def test_gimbal_rates_are_those_of_its_points() -> None:
         np.testing.assert_allclose(side @ between, moved.y[row], atol=1e-6)
 
 
-def test_the_check_names_what_got_worse_new_or_lost(
-    script: ModuleType, found: Reproduction
-) -> None:
+def test_the_check_names_what_got_worse_new_or_lost(found: Reproduction) -> None:
     before = dict(found.verdicts)
-    assert script.regressions(found, before) == []
+    assert reproduce_papers.regressions(found, before) == []
     before["gpr.eq6"] = "reproduced"
     before["gpr.gone"] = "reproduced"
     del before["gpr.eq8"]
-    lines = script.regressions(found, before)
+    lines = reproduce_papers.regressions(found, before)
     assert sorted(lines) == [
         "gpr.eq6: was 'reproduced', is 'erratum'",
         "gpr.eq8: 'reproduced', not in the committed list",
@@ -100,7 +85,6 @@ def test_the_check_names_what_got_worse_new_or_lost(
 
 @pytest.mark.parametrize(("change", "code"), [("", 0), ("gpr.eq6", 1)])
 def test_exit_code_of_the_check(
-    script: ModuleType,
     found: Reproduction,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
@@ -110,20 +94,19 @@ def test_exit_code_of_the_check(
 ) -> None:
     rows = [f"{k},{'reproduced' if k == change else v}" for k, v in found.verdicts.items()]
     (tmp_path / "verdicts.csv").write_text("\n".join(["id,verdict", *rows]) + "\n", "utf-8")
-    monkeypatch.setattr(script, "COMMITTED", tmp_path)
-    monkeypatch.setattr(script, "reproduce", lambda *_, **__: found)
-    assert script.main(["--check"]) == code
+    monkeypatch.setattr(reproduce_papers, "COMMITTED", tmp_path)
+    monkeypatch.setattr(reproduce_papers, "reproduce", lambda *_, **__: found)
+    assert reproduce_papers.main(["--check"]) == code
     assert ("is 'erratum'" in capsys.readouterr().out) == bool(code)
 
 
 def test_a_missing_list_is_reported(
-    script: ModuleType,
     found: Reproduction,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(script, "COMMITTED", tmp_path / "nowhere")
-    monkeypatch.setattr(script, "reproduce", lambda *_, **__: found)
-    assert script.main(["--check"]) == 2
+    monkeypatch.setattr(reproduce_papers, "COMMITTED", tmp_path / "nowhere")
+    monkeypatch.setattr(reproduce_papers, "reproduce", lambda *_, **__: found)
+    assert reproduce_papers.main(["--check"]) == 2
     assert "verdicts.csv" in capsys.readouterr().err
