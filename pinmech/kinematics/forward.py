@@ -13,7 +13,12 @@ from pinmech.kinematics.branch import fully_labelled, meeting_limbs
 from pinmech.kinematics.motion import idle_freedoms, input_mobility, motions_at
 from pinmech.kinematics.nearest import closing, nearest_approach
 from pinmech.kinematics.outputs import describe
-from pinmech.kinematics.scaling import scaled_closure_jacobian, selector, velocity_scale
+from pinmech.kinematics.scaling import (
+    scaled_closure_jacobian,
+    scaled_output_jacobian,
+    selector,
+    velocity_scale,
+)
 from pinmech.kinematics.solution import CONVERGED, Solution, as_status
 from pinmech.kinematics.solver import (
     Problem,
@@ -37,6 +42,8 @@ DETERMINED = 1e-6
 #: such steps, and how many straight lines of subsets are tried.
 APPROACH = 0.2
 _APPROACHES = 100
+#: Part of a unit motion (scaled joint velocities) from which the outputs take part in it.
+_TAKES_PART = 2e-3
 _LINES = 12
 
 
@@ -63,8 +70,9 @@ def forward(
             [rad, or in characteristic lengths].
 
     Returns:
-        A :class:`Solution`; status ``singular`` when the line meets a type 2 singularity,
-        ``inconsistent`` when surplus actuators contradict the others, ``limit``.
+        A :class:`Solution`; status ``singular`` when the line meets a singularity (type 2, or type
+        1 of a limb that is not driven), ``inconsistent`` when surplus actuators contradict the
+        others, ``unreachable``, ``limit`` or ``not_converged``.
 
     Raises:
         UnknownNameError: an actuator that does not exist.
@@ -235,7 +243,7 @@ class ForwardSolver:
         reached = ", ".join(f"{self.names[k]} = {self._shown(k, tracked.q)}" for k in subset)
         where = f"{100 * tracked.s:.3g} % of the way there, at {reached}"
         if tracked.singular:
-            message = f"the straight line meets a type 2 singularity {where}"
+            message = f"the straight line meets a {self._kind(held, tracked.q)} {where}"
             return self._fail("singular", message, self._count), tracked.q
         q = start.copy()
         line.place(q, 1.0)
@@ -245,6 +253,22 @@ class ForwardSolver:
             return self._fail("unreachable", message, self._count), tracked.q
         message = f"the continuation stops {where}"
         return self._fail("not_converged", message, self._count), tracked.q
+
+    def _kind(self, held: Array, q: Array) -> str:
+        """What kind of singularity q is next to: does the platform take part in the motion that is
+        left with the actuators locked, or does a limb move alone?"""
+        mechanism, system = self.mechanism, self.system
+        system.evaluate(q)
+        k = scaled_closure_jacobian(mechanism, system)
+        stacked = np.vstack([k, selector(mechanism, held)])
+        motion = np.linalg.svd(stacked)[2][mechanism.model.nv - 1 - idle_freedoms(mechanism)]
+        if float(np.linalg.norm(scaled_output_jacobian(mechanism, system) @ motion)) > _TAKES_PART:
+            return "type 2 singularity"
+        limb = max(
+            mechanism.limbs.values(),
+            key=lambda limb: float(np.abs(motion[list(limb.coordinates)]).max(initial=0.0)),
+        )
+        return f"type 1 singularity of limb {limb.name}"
 
     def _one_step(self, held: Array, values: Array, start: Array) -> Array | None:
         """The answer where one step of the continuation is enough, by the lean solver."""

@@ -63,7 +63,7 @@ def inverse(
         limits: False turns the joint limits off.
 
     Returns:
-        A :class:`Solution`; status ``unreachable``, ``wrong_mode``, ``limit`` or
+        A :class:`Solution`; status ``unreachable``, ``wrong_mode``, ``limit``, ``singular`` or
         ``not_converged`` when there is no answer.
 
     Raises:

@@ -86,6 +86,7 @@ body {{ margin: 0; }}
 #info h1 {{ font-size: 15px; margin: 0 0 4px; font-weight: 600; }}
 #info p {{ margin: 0 0 2px; }}
 #readout {{ font-variant-numeric: tabular-nums; font-weight: 600; min-height: 1.4em; }}
+#readout:empty {{ display: none; }}
 </style>
 </head>
 <body>
