@@ -88,7 +88,7 @@ def inverse_dynamics(
     scales = np.array([mechanism.actuators[name].scale for name in names])
     weights = check_sharing(sharing, drive_limits(mechanism, names))
     tree = open_tree(state, rates, accelerations, loads if loads is not None else Loads())
-    motion, required = tree.motion, tree.required
+    motion, required = np.hstack([tree.motion, tree.loose]), tree.required
     force = motion.T @ required
     shared = share(motion[coordinates].T * scales, force, weights)
     # Rounding is relative to what cancels in the sum, not to the sum.
@@ -107,7 +107,7 @@ def inverse_dynamics(
         reactions_unique=unique,
         velocity=tree.velocity,
         acceleration=tree.acceleration,
-        generalised_force=force,
+        generalised_force=force[: len(mechanism.outputs)],
     )
 
 
@@ -117,6 +117,7 @@ class OpenTree:
 
     Attributes:
         motion: (nv, n_out) joint velocity per output rate.
+        loose: (nv, m) motions that are possible to first order only: their forces must balance.
         velocity, acceleration: (nv,) of the joints [rad/s, m/s; rad/s², m/s²].
         required: (nv,) joint forces [N·m or N]: inertia, gravity, friction, less the wrench.
         closure: (rows, nv) closure Jacobian.
@@ -124,6 +125,7 @@ class OpenTree:
     """
 
     motion: Array
+    loose: Array
     velocity: Array
     acceleration: Array
     required: Array
@@ -142,7 +144,8 @@ def open_tree(state: ClosedState, rates: Array, accelerations: Array, loads: Loa
         model, data = _loaded(mechanism, system, loads)
         system.evaluate(state.q)
         found = motions_at(mechanism, system)
-        motion = output_motion_at(mechanism, system, found).per_output
+        outputs = output_motion_at(mechanism, system, state.q, found)
+        motion = outputs.per_output
         wrench = _external(mechanism, system, loads)
         closure = np.array(system.jacobian())
         v = motion @ rates
@@ -154,7 +157,7 @@ def open_tree(state: ClosedState, rates: Array, accelerations: Array, loads: Loa
             a = a + _idle_acceleration(mechanism, model, data, found, state.q, v, a, wrench)
         required = np.array(pin.rnea(model, data, state.q, v, a))
     required += friction_forces(mechanism, v) - wrench
-    return OpenTree(motion, v, a, required, closure, placements)
+    return OpenTree(motion, outputs.loose, v, a, required, closure, placements)
 
 
 def _loaded(
@@ -176,11 +179,14 @@ def drive_limits(mechanism: Mechanism, names: tuple[str, ...]) -> Array:
 
 def unbalanced_message(mechanism: Mechanism, names: tuple[str, ...], unbalanced: Array) -> str:
     """Says which part of the demanded force a drive leaves unbalanced."""
+    outputs = mechanism.outputs
+    units = ["N·m" if angular else "N" for angular in outputs.angular]
+    known = [f"{unit} in {name}" for name, unit in zip(outputs, units, strict=True)]
+    loose = ["N·m in a motion that is possible to first order only"]
+    labels = known + loose * (len(unbalanced) - len(known))
     parts = ", ".join(
-        f"{value:.4g} {'N·m' if angular else 'N'} in {name}"
-        for name, value, angular in zip(
-            mechanism.outputs, unbalanced, mechanism.outputs.angular, strict=True
-        )
+        f"{value:.4g} {label}"
+        for label, value in zip(labels, unbalanced, strict=True)
         if abs(value) > 1e-9 * np.abs(unbalanced).max()
     )
     return f"type 2 singularity: {', '.join(names)} cannot produce this motion; unbalanced: {parts}"

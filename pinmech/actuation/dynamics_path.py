@@ -13,6 +13,7 @@ from pinmech.actuation.dynamics import drive_limits, open_tree, unbalanced_messa
 from pinmech.actuation.loads import Loads, friction_forces, loaded_model
 from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
 from pinmech.errors import InputError, SingularError
+from pinmech.kinematics.firstorder import loose_freedoms
 from pinmech.kinematics.rates import check_rates
 from pinmech.kinematics.scaling import frame_twist
 from pinmech.kinematics.solution import Path
@@ -67,8 +68,9 @@ class Demand:
     """What a motion demands, before a drive is chosen. Rows that failed are NaN.
 
     Attributes:
-        actuator_jacobian: (N, n_act, n_out) actuator rates per output rate.
-        force: (N, n_out) generalised force per output [N·m or N].
+        actuator_jacobian: (N, n_act, n_out + m) actuator rates per output rate, and per motion that
+            is possible to first order only (usually m = 0).
+        force: (N, n_out + m) generalised force of each [N·m or N].
         magnitude: (N,) size of the terms that cancel in ``force``, for telling rounding from load.
         status: (N,) texts.
         messages: row -> reason.
@@ -125,13 +127,14 @@ def demand_path(
     acceleration = check_rates(mechanism, accelerations, count, "accelerations")
     loads = loads if loads is not None else Loads()
     nv, outputs = mechanism.model.nv, len(mechanism.outputs)
-    motion = np.full((count, nv, outputs), np.nan)
+    loose = loose_freedoms(mechanism)
+    motion = np.full((count, nv, outputs + loose), np.nan)
     velocity, required = np.full((count, nv), np.nan), np.full((count, nv), np.nan)
     status, messages = path.status.copy(), dict(path.messages)
     finite = np.isfinite(rate).all(axis=1) & np.isfinite(acceleration).all(axis=1)
     with mechanism.scratch() as system:
         square = system.rows == nv - outputs and mechanism.outputs.kind == "joints"
-        lean = _Lean(mechanism, system, loads) if square else None
+        lean = _Lean(mechanism, system, loads) if square and not loose else None
         for k in range(count):
             if progress is not None and k % 256 == 0:
                 progress(k, count)
@@ -145,7 +148,7 @@ def demand_path(
                 continue
             try:
                 tree = open_tree(path.state(k), rate[k], acceleration[k], loads)
-                motion[k], velocity[k] = tree.motion, tree.velocity
+                motion[k], velocity[k] = np.hstack([tree.motion, tree.loose]), tree.velocity
                 required[k] = tree.required - friction_forces(mechanism, tree.velocity)
             except SingularError as trouble:
                 status[k], messages[k] = "singular", str(trouble)
@@ -177,7 +180,7 @@ def share_path(
     weights = check_sharing(sharing, drive_limits(mechanism, names))
     every = tuple(mechanism.actuators)
     jacobian = demand.actuator_jacobian[:, [every.index(name) for name in names], :]
-    rate = np.asarray(rates, dtype=float)
+    rate, outputs = np.asarray(rates, dtype=float), len(mechanism.outputs)
     status, messages = demand.status.copy(), dict(demand.messages)
     valid = status == "ok"
     torques = np.full((len(path), len(names)), np.nan)
@@ -203,9 +206,9 @@ def share_path(
         success=status == "ok",
         status=status,
         torques=torques,
-        actuator_rates=np.einsum("nij,nj->ni", jacobian, rate),
-        generalised_force=demand.force,
-        drive_jacobian=jacobian,
+        actuator_rates=np.einsum("nij,nj->ni", jacobian[:, :, :outputs], rate),
+        generalised_force=demand.force[:, :outputs],
+        drive_jacobian=jacobian[:, :, :outputs],
         crossings=type2_crossings(jacobian),
         messages=messages,
     )

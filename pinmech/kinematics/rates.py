@@ -12,8 +12,10 @@ import numpy as np
 
 from pinmech.errors import InputError, SingularError, UnknownNameError
 from pinmech.kinematics.arguments import Values, closed, numbers, vector
+from pinmech.kinematics.firstorder import first_order_only
 from pinmech.kinematics.motion import Motions, motions_at
 from pinmech.kinematics.scaling import (
+    RANK,
     frame_twist,
     output_scale,
     scaled_closure_jacobian,
@@ -61,14 +63,19 @@ class OutputMotion:
 
     Attributes:
         per_output: (nv, n_out) joint velocity per output rate; idle motions stay still.
+        loose: (nv, m) motions that are possible to first order only (usually none): nothing moves
+            that way, but its forces must balance.
         distance: scaled smallest singular value (dimensionless); 0 at a type 1 singularity.
     """
 
     per_output: Array
+    loose: Array
     distance: float
 
 
-def output_motion_at(mechanism: Mechanism, system: ClosureSystem, found: Motions) -> OutputMotion:
+def output_motion_at(
+    mechanism: Mechanism, system: ClosureSystem, q: Array, found: Motions
+) -> OutputMotion:
     """Joint motion per output rate at the last evaluated q.
 
     Raises:
@@ -77,8 +84,13 @@ def output_motion_at(mechanism: Mechanism, system: ClosureSystem, found: Motions
     """
     jacobian = scaled_output_jacobian(mechanism, system)
     stacked = np.vstack([scaled_closure_jacobian(mechanism, system), jacobian])
-    distance = smallest(stacked, found.idle)
-    count = found.basis.shape[1]
+    loose = first_order_only(mechanism, system, q, found)
+    basis = found.basis
+    if loose.shape[1]:
+        basis = basis @ np.linalg.qr(loose, mode="complete")[0][:, loose.shape[1] :]
+    loose = found.basis @ loose
+    distance = smallest(stacked, np.hstack([found.idle, loose]))
+    count = basis.shape[1]
     if distance <= SINGULAR:
         names = ", ".join(mechanism.outputs)
         raise SingularError(
@@ -87,16 +99,16 @@ def output_motion_at(mechanism: Mechanism, system: ClosureSystem, found: Motions
             f"(scaled smallest singular value {distance:.1e})",
             distance,
         )
-    seen = jacobian @ found.basis
+    seen = jacobian @ basis
     if count < len(mechanism.outputs) or np.linalg.svd(seen, compute_uv=False)[-1] <= SINGULAR:
         raise SingularError(
             "constraint",
             f"the outputs cannot move independently here: {count} degrees of freedom for "
             f"{len(mechanism.outputs)} outputs",
         )
-    inverse = found.basis @ np.linalg.inv(seen)
-    scale = velocity_scale(mechanism)[:, None] / output_scale(mechanism)[None, :]
-    return OutputMotion(inverse * scale, distance)
+    inverse = basis @ np.linalg.inv(seen)
+    scale = velocity_scale(mechanism)[:, None]
+    return OutputMotion(inverse * scale / output_scale(mechanism)[None, :], loose * scale, distance)
 
 
 def smallest(stacked: Array, idle: Array) -> float:
@@ -112,7 +124,7 @@ def _output_motion(state: ClosedState) -> OutputMotion:
     with closed(state).mechanism.scratch() as system:
         system.evaluate(state.q)
         found = motions_at(state.mechanism, system)
-        return output_motion_at(state.mechanism, system, found)
+        return output_motion_at(state.mechanism, system, state.q, found)
 
 
 def inverse_jacobian(state: ClosedState) -> Array:
@@ -176,7 +188,7 @@ def frame_jacobian(state: ClosedState, frame: str) -> Array:
     with mechanism.scratch() as system:
         system.evaluate(state.q)
         found = motions_at(mechanism, system)
-        motion = output_motion_at(mechanism, system, found)
+        motion = output_motion_at(mechanism, system, state.q, found)
         return frame_twist(mechanism, system, mechanism.frames[frame]) @ motion.per_output
 
 
@@ -207,7 +219,7 @@ def acceleration(state: ClosedState, output_rates: Values, output_accelerations:
     with mechanism.scratch() as system:
         system.evaluate(state.q)
         found = motions_at(mechanism, system)
-        motion = output_motion_at(mechanism, system, found)
+        motion = output_motion_at(mechanism, system, state.q, found)
         v = motion.per_output @ rates
         return acceleration_at(mechanism, system, state.q, v, motion.per_output, accelerations)
 
@@ -224,7 +236,7 @@ def acceleration_at(
     k = scaled_closure_jacobian(mechanism, system)
     jacobian = scaled_output_jacobian(mechanism, system)
     gamma = system.drift(q, v) / mechanism.length
-    particular = velocity_scale(mechanism) * np.linalg.lstsq(k, -gamma, rcond=1e-9)[0]
+    particular = velocity_scale(mechanism) * np.linalg.lstsq(k, -gamma, rcond=RANK)[0]
     shortfall = (
         accelerations
         - output_drift(mechanism, system)

@@ -17,7 +17,9 @@ from hypothesis import strategies as st
 from oracles import gpr_3ps as oracle
 
 import pinmech as pm
+from pinmech.designs import DESIGNS
 from pinmech.errors import SingularError
+from pinmech.kinematics.assembly import from_text
 
 Array = np.ndarray
 load = functools.cache(pm.load)
@@ -264,10 +266,23 @@ def test_accelerations_by_differences() -> None:
     np.testing.assert_allclose(mech.actuator_rates(found), by_difference, atol=1e-6)
 
 
-def test_ideal_mechanism_refuses_what_it_cannot_do() -> None:
-    """Its rods could tilt it to first order with z held: rates do not exist."""
+@pytest.mark.parametrize("z", [0.15, 0.3, 0.55])
+def test_rates_of_the_ideal_mechanism_are_those_of_its_lift(z: float) -> None:
+    """To first order the platform could tilt with z held; it goes on to lift only."""
+    state = ideal(z)
+    np.testing.assert_allclose(pm.inverse_jacobian(state), np.ones((3, 1)), atol=1e-9)
+    lift = pm.frame_jacobian(state, "platform").ravel()
+    np.testing.assert_allclose(lift, [0, 0, 1, 0, 0, 0], atol=1e-9)
+    h = 1e-4
+    slope = (ideal(z + h).q - ideal(z - h).q) / (2 * h)
+    np.testing.assert_allclose(pm.velocity(state, [0.3]), 0.3 * slope, atol=1e-6)
+    np.testing.assert_allclose(pm.acceleration(state, [0.3], [2.0]), 2.0 * slope, atol=1e-6)
+    # with fewer outputs than finite motions rates do not exist: nothing is loose to first order
+    one = DESIGNS["antenna_3rsu"]()
+    text = one.description.replace("names: [alpha, beta]", "names: [alpha]")
+    assert text != one.description
     with pytest.raises(SingularError) as caught:
-        pm.inverse_jacobian(ideal(0.3))
+        pm.inverse_jacobian(from_text(text, one.urdf).home)
     assert caught.value.kind == "type1"
 
 
@@ -295,6 +310,51 @@ def test_thrusts_equal_virtual_work(pose: tuple[float, ...], payload: pm.Payload
         ends = [pm.forward(mech, q + s * h * np.eye(3)[k]).unwrap() for s in (1, -1)]
         slope = (potential(ends[0], payload) - potential(ends[1], payload)) / (2 * h)
         assert found[k] == pytest.approx(slope, abs=2e-5)
+
+
+def test_thrusts_of_the_ideal_mechanism() -> None:
+    """What could tilt to first order has to be balanced: thrusts as by hand, with no preload."""
+    mech = load("gpr_3ps_ideal")
+    moving = sum(mech.model.inertias[k].mass for k in range(1, mech.model.njoints))
+    heights = np.array([0.2, 0.3, 0.45])
+    for payload in (ARM, WAFER):
+        loads = pm.Loads(payload=payload)
+        for z in heights:
+            state = ideal(z)
+            bare = pm.inverse_dynamics(state, [0.1], [2.0])
+            r = pm.inverse_dynamics(state, [0.1], [2.0], loads=loads)
+            assert r.preload_basis.shape == (3, 0)
+            assert r.generalised_force == pytest.approx([11.81 * (moving + payload.mass)])
+            found = np.array([r.torques[q] - bare.torques[q] for q in ("q1", "q2", "q3")])
+            offsets = (points(state)[:, :2] / R) @ np.array(payload.com)[:2] / R
+            expected = 11.81 * payload.mass / 3 * (1 + 2 * offsets)
+            np.testing.assert_allclose(found, expected, rtol=1e-9)
+            a = pm.forward_dynamics(state, r.velocity, r.torques, loads=loads)
+            np.testing.assert_allclose(a, r.acceleration, atol=1e-6)
+        path = pm.inverse_path(mech, heights[:, None])
+        rates, second = np.full((3, 1), 0.1), np.full((3, 1), 2.0)
+        many = pm.inverse_dynamics_path(mech, path, rates, second, loads=loads)
+        assert many.success.all()
+        np.testing.assert_allclose(many.torques, [[*r.torques.values()]] * 3, rtol=1e-9)
+        assert many.drive_jacobian.shape == (3, 3, 1)
+        np.testing.assert_allclose(many.actuator_rates, 0.1, atol=1e-9)
+
+
+def test_an_arm_on_the_ideal_mechanism() -> None:
+    """Hybrid: 1 + 3 outputs, and the two motions of first order are balanced all the same."""
+    arm = {"arm_shoulder": 0.3, "arm_elbow": -0.8, "arm_wrist": 0.4}
+    hybrid = [load(name).with_arm("planar_3r") for name in ("gpr_3ps_ideal", "gpr_3ps")]
+    ideal_state = pm.inverse(hybrid[0], {"z": 0.3, **arm}).unwrap()
+    state = pm.inverse(hybrid[1], {"z": 0.3, "alpha": 0, "beta": 0, **arm}).unwrap()
+    one = pm.inverse_dynamics(ideal_state, [0.1, 1, 2, 3], [1, 2, 3, 4])
+    two = pm.inverse_dynamics(state, [0.1, 0, 0, 1, 2, 3], [1, 0, 0, 2, 3, 4])
+    for joint in arm:
+        assert one.torques[joint] == pytest.approx(two.torques[joint], abs=1e-9)
+    # the virtual sliders have a mass; the rods carry the arm alike
+    sliders_weigh = sum(two.torques[f"q{k}"] - one.torques[f"q{k}"] for k in (1, 2, 3)) / 3
+    for k in (1, 2, 3):
+        extra = two.torques[f"q{k}"] - one.torques[f"q{k}"]
+        assert extra == pytest.approx(sliders_weigh, rel=1e-6)
 
 
 def potential(state: pm.ClosedState, payload: pm.Payload | None) -> float:
