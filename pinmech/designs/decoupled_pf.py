@@ -14,8 +14,11 @@ Only e = 100 mm and the arrangement of the axes are the paper's. All else is ass
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from pinmech.designs import decoupled
 from pinmech.designs.parts import (
@@ -40,6 +43,7 @@ from pinmech.designs.solids import (
     cylinder,
     pin,
     placement,
+    rotation,
 )
 from pinmech.errors import InputError
 
@@ -265,9 +269,7 @@ class DecoupledPF:
         e, low, x = self.e, -self.drop, self._rail
         solids = [box((x, 0, low), (0.024, 0.104, 0.024), "driven", None, self.density)]
         if self.pair == "F":
-            near, far = 0.45 * e, x - 0.012
-            centre = (0.5 * (near + far), 0.0, low - 0.004)
-            solids.append(box(centre, (far - near, 3.6 * e, 0.008), "driven", None, self.density))
+            solids += self._plate()
         elif self.pair == "PPR":
             solids.append(
                 box(
@@ -294,6 +296,29 @@ class DecoupledPF:
                     self.density,
                 )
             )
+        return solids
+
+    def _plate(self) -> list[Solid]:
+        """A square plate round the pointing leg, so that the pad rests on it in every direction of
+        theta1; the hole lets yoke and platform through at every height."""
+        thick, z = 0.005, -self.drop - 0.0025
+        hole, half = self._reach - 0.018, self.e + self._reach + 0.020
+        middle, width = 0.5 * (hole + half), half - hole
+        front = self._rail - 0.012
+
+        def part(x: float, y: float, long: float, wide: float) -> Solid:
+            return box((x, y, z), (long, wide, thick), "driven", None, self.density)
+
+        solids = [part(side * middle, 0, width, 2 * half) for side in (-1, 1)]
+        solids += [part(0, side * middle, 2 * hole, width) for side in (-1, 1)]
+        solids.append(part(0.5 * (half + front), 0, front - half, 0.104))
+        # The corners of the hole are filled up to a circle. Half of each box lies in the plate.
+        corner = math.sqrt(2.0) * hole
+        for k in range(4):
+            turn = rotation("z", math.pi * (2 * k + 1) / 4)
+            centre = turn @ np.array([0.5 * (hole + corner), 0, z])
+            size = (corner - hole, 2 * (corner - hole), thick)
+            solids.append(box(centre, size, "driven", turn, 0.5 * self.density))
         return solids
 
     def _foot(self) -> list[Solid]:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import coal
 import numpy as np
+import pinocchio as pin
 import pytest
 
+import pinmech as pm
 from pinmech.designs import DESIGNS, Decoupled4R, DecoupledPF
 from pinmech.errors import InputError
 
@@ -175,3 +178,27 @@ def test_every_pair_is_clear_at_home(pair: str) -> None:
 def test_refuses(design: type, change: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         design(**change)
+
+
+@pytest.mark.parametrize("e", [0.1, 0.13])
+def test_the_pad_rests_on_the_plate_in_every_direction(e: float) -> None:
+    """The closure is an infinite plane; what is drawn must carry the pad all the same."""
+    mech = pm.designs.decoupled_pf(e=e, stroke=1.2 * e)
+    boxes = [
+        (np.linalg.inv(shape.placement.homogeneous), np.array(shape.geometry.halfSide))
+        for shape in pin.buildGeomFromUrdfString(
+            mech.model, mech.urdf, pin.GeometryType.VISUAL
+        ).geometryObjects
+        if shape.parentJoint == mech.model.getJointId("q2") and isinstance(shape.geometry, coal.Box)
+    ]
+    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    rim = np.column_stack(
+        [0.015 * np.cos(angles), 0.015 * np.sin(angles), 0 * angles, 1 + 0 * angles]
+    )
+    for theta1 in np.radians(np.arange(-180, 180, 9)):
+        for theta2 in np.radians([-85, -60, -30, 0, 30, 60, 85]):
+            state = pm.inverse(mech, [theta1, theta2]).unwrap()
+            pad = state.frame("slider").actInv(state.frame("coupler_pad"))
+            under = rim @ pad.homogeneous.T - [0, 0, 1e-4, 0]
+            carried = [(np.abs(under @ into.T)[:, :3] <= half).all(axis=1) for into, half in boxes]
+            assert np.any(carried, axis=0).all(), np.degrees([theta1, theta2])
