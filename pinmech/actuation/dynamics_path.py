@@ -23,6 +23,8 @@ from pinmech.mechanism.mechanism import Mechanism
 Array = np.ndarray
 Progress = Callable[[int, int], None]
 
+#: Part of the largest rate below which a rate is rounding.
+_NOISE = 1e-11
 #: Points between two samples at which the interpolated drive Jacobian is examined.
 _BETWEEN = 16
 #: A pivot this much smaller than the largest one: the careful solver decides what is singular.
@@ -206,12 +208,18 @@ def share_path(
         success=status == "ok",
         status=status,
         torques=torques,
-        actuator_rates=np.einsum("nij,nj->ni", jacobian[:, :, :outputs], rate),
+        actuator_rates=_without_noise(np.einsum("nij,nj->ni", jacobian[:, :, :outputs], rate)),
         generalised_force=demand.force[:, :outputs],
         drive_jacobian=jacobian[:, :, :outputs],
         crossings=type2_crossings(jacobian),
         messages=messages,
     )
+
+
+def _without_noise(rates: Array) -> Array:
+    """Rates with 0 for what is rounding beside the largest of them: an actuator at rest."""
+    largest = float(np.nanmax(np.abs(rates), initial=0.0))
+    return np.where(np.abs(rates) < _NOISE * largest, 0.0, rates)
 
 
 def _name_of(mechanism: Mechanism, names: tuple[str, ...]) -> str:

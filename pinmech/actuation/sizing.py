@@ -23,6 +23,9 @@ from pinmech.kinematics.path import inverse_path
 from pinmech.kinematics.solution import Path as PosePath
 
 Array = np.ndarray
+
+#: Relative difference within which two torques are the same peak.
+_EQUAL = 1e-9
 Progress = Callable[[int, int, str], None]
 
 
@@ -72,12 +75,14 @@ def reduce_history(time: Array, torque: Array, speed: Array) -> Reduced:
         raise InputError("time must increase")
     if not (np.isfinite(torque).all() and np.isfinite(speed).all()):
         return Reduced(*(math.nan,) * 7)
-    peak = int(np.argmax(np.abs(torque)))
+    size = np.abs(torque)
+    # The first of equals: a constant torque peaks at its start, not where rounding is largest.
+    peak = int(np.argmax(size >= (1.0 - _EQUAL) * size.max()))
     power = torque * speed
     square = torque**2
     mean = float(np.sum(step * (square[1:] + square[:-1])) / 2 / (time[-1] - time[0]))
     return Reduced(
-        peak_torque=float(abs(torque[peak])),
+        peak_torque=float(size.max()),
         peak_time=float(time[peak]),
         rms_torque=math.sqrt(mean),
         peak_speed=float(np.abs(speed).max()),

@@ -193,9 +193,13 @@ def headings(rows: Sequence[SizingRow]) -> list[str]:
     ]
 
 
-def cells(row: SizingRow) -> list[str]:
-    """A row as texts, in the order of :func:`headings`."""
-    return [*(getattr(row, key) for key in KEYS), *(column.text(row) for column in COLUMNS)]
+def cells(row: SizingRow, rows: Sequence[SizingRow]) -> list[str]:
+    """A row of ``rows`` as texts, in the order of :func:`headings`. Where there are actuators of
+    both kinds, each has the unit of its torque beside its name."""
+    actuator = row.actuator
+    if len({other.linear for other in rows}) > 1:
+        actuator += " [N]" if row.linear else " [N·m]"
+    return [row.load_case, row.drive, actuator, *(column.text(row) for column in COLUMNS)]
 
 
 def notes(rows: Sequence[SizingRow]) -> list[str]:
@@ -261,7 +265,8 @@ class SizingTable:
         return [
             *(str(sampling) for sampling in self.samplings),
             ROWS_TEXT,
-            f"Redundant drives share their torques by {self.sharing}: {sharing}.",
+            f"Drives with more actuators than degrees of freedom share their torques by "
+            f"{self.sharing}: {sharing}.",
             *(f"Assumed: {text}" for text in self.assumptions),
         ]
 
@@ -299,7 +304,7 @@ class SizingTable:
         for heading, rows, text in self._parts():
             lines += [f"## {heading}", ""]
             lines += [_md_row(headings(rows)), _md_row(["---"] * 3 + ["---:"] * len(COLUMNS))]
-            lines += [_md_row(map(_md, cells(row))) for row in rows]
+            lines += [_md_row(map(_md, cells(row, rows))) for row in rows]
             lines += ["", *([text, ""] if text else [])]
             problems = notes(rows) if rows is self.rows else []
             lines += [*(f"- {_md(note)}" for note in problems), *([""] if problems else [])]
@@ -365,7 +370,7 @@ def _html_table(rows: Sequence[SizingRow], escape: Callable[[str], str]) -> str:
         first = group is not None and (row.load_case, row.drive) != group
         group = (row.load_case, row.drive)
         classes = " ".join(["first"] * first + ["failed"] * (not row.ok))
-        texts = "".join(f"<td>{escape(text)}</td>" for text in cells(row))
+        texts = "".join(f"<td>{escape(text)}</td>" for text in cells(row, rows))
         lines.append(f'<tr class="{classes}">{texts}</tr>' if classes else f"<tr>{texts}</tr>")
     return "\n".join([*lines, "</tbody></table>"])
 

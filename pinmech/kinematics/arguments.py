@@ -12,6 +12,14 @@ from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 Values = Mapping[str, float] | Sequence[float] | Array
+#: Beyond this a value of any kind is a mistake, and its square loses every digit of a radian.
+LARGEST = 1e12
+
+
+def sensible(values: Array) -> Array:
+    """Bools of the same shape: finite and not beyond :data:`LARGEST`."""
+    good: Array = np.abs(values) <= LARGEST
+    return good
 
 
 def vector(values: Values, names: Sequence[str], what: str) -> Array:
@@ -38,6 +46,9 @@ def vector(values: Values, names: Sequence[str], what: str) -> Array:
     if not np.isfinite(out).all():
         bad = [name for name, value in zip(names, out, strict=True) if not np.isfinite(value)]
         raise InputError(f"{what} {', '.join(bad)} must be finite")
+    if not sensible(out).all():
+        bad = [name for name, good in zip(names, sensible(out), strict=True) if not good]
+        raise InputError(f"{what} {', '.join(bad)} is beyond ±{LARGEST:.0e}: check the unit")
     return out
 
 

@@ -10,12 +10,19 @@ import numpy as np
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import guess_state, vector
 from pinmech.kinematics.branch import fully_labelled, meeting_limbs
-from pinmech.kinematics.motion import idle_freedoms, input_mobility, motions_at
-from pinmech.kinematics.nearest import closing, nearest_approach
+from pinmech.kinematics.limbsolve import starts
+from pinmech.kinematics.motion import (
+    idle_freedoms,
+    input_mobility,
+    least_held,
+    limb_of,
+    motions_at,
+)
+from pinmech.kinematics.nearest import nearest_approach
 from pinmech.kinematics.outputs import describe
 from pinmech.kinematics.scaling import (
+    frame_twist,
     scaled_closure_jacobian,
-    scaled_output_jacobian,
     selector,
     velocity_scale,
 )
@@ -23,7 +30,9 @@ from pinmech.kinematics.solution import CONVERGED, Solution, as_status
 from pinmech.kinematics.solver import (
     Problem,
     limit_breaches,
+    minimise,
     newton,
+    wrap_towards,
 )
 from pinmech.kinematics.state import ClosedState, close
 from pinmech.kinematics.tracking import JointLine, follow
@@ -42,7 +51,7 @@ DETERMINED = 1e-6
 #: such steps, and how many straight lines of subsets are tried.
 APPROACH = 0.2
 _APPROACHES = 100
-#: Part of a unit motion (scaled joint velocities) from which the outputs take part in it.
+#: Part of a unit motion (scaled joint velocities) from which the platform takes part in it.
 _TAKES_PART = 2e-3
 _LINES = 12
 
@@ -199,14 +208,31 @@ class ForwardSolver:
         return q
 
     def _agreement(self, wanted: Array, start: Array) -> str | None:
-        """The outputs of any closed configuration with all the values; None when none is found."""
+        """The outputs of any closed configuration that agrees with the values within the tolerance
+        and the joint limits; None when none is found. Searched from 16 starts."""
         mechanism, system, q = self.mechanism, self.system, start.copy()
+        every = np.arange(mechanism.model.nv)
         q[self.coordinates] = wanted
-        free = np.setdiff1d(np.arange(mechanism.model.nv), self.coordinates)
-        found = closing(mechanism, system, Problem(mechanism, free), q)
-        if found is None:
-            return None
-        return describe(mechanism, np.array([*found.outputs.values()]))
+        free = np.setdiff1d(every, self.coordinates)
+        for values in starts(mechanism, free, q[free], 16):
+            trial = q.copy()
+            trial[free] = values
+            minimise(Problem(mechanism, free), system, trial, iterations=60)
+            # Values that are rounded do not close the loops to the last digit: hold as many as
+            # determine the pose, and see how far the others are off.
+            best = self.best_subset(trial)
+            if best is None:
+                continue
+            polish = Problem(mechanism, np.setdiff1d(every, self.coordinates[list(best)]))
+            if not newton(polish, system, trial).converged:
+                continue
+            wrap_towards(mechanism, trial, q, free)
+            if self.mismatch(wanted, trial) > self.tolerance or limit_breaches(mechanism, trial):
+                continue
+            state, _ = close(mechanism, trial, system.data)
+            if state is not None:
+                return describe(mechanism, np.array([*state.outputs.values()]))
+        return None
 
     def _accept(self, q: Array) -> Solution:
         if self.limits and (breaches := limit_breaches(self.mechanism, q)):
@@ -259,16 +285,14 @@ class ForwardSolver:
         left with the actuators locked, or does a limb move alone?"""
         mechanism, system = self.mechanism, self.system
         system.evaluate(q)
-        k = scaled_closure_jacobian(mechanism, system)
-        stacked = np.vstack([k, selector(mechanism, held)])
-        motion = np.linalg.svd(stacked)[2][mechanism.model.nv - 1 - idle_freedoms(mechanism)]
-        if float(np.linalg.norm(scaled_output_jacobian(mechanism, system) @ motion)) > _TAKES_PART:
-            return "type 2 singularity"
-        limb = max(
-            mechanism.limbs.values(),
-            key=lambda limb: float(np.abs(motion[list(limb.coordinates)]).max(initial=0.0)),
+        motion = least_held(mechanism, system, selector(mechanism, held))
+        twist = frame_twist(mechanism, system, mechanism.platform_frame) @ (
+            velocity_scale(mechanism) * motion
         )
-        return f"type 1 singularity of limb {limb.name}"
+        twist[:3] /= mechanism.length
+        if float(np.linalg.norm(twist)) > _TAKES_PART:
+            return "type 2 singularity"
+        return f"type 1 singularity of limb {limb_of(mechanism, motion)}"
 
     def _one_step(self, held: Array, values: Array, start: Array) -> Array | None:
         """The answer where one step of the continuation is enough, by the lean solver."""

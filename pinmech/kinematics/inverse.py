@@ -22,8 +22,10 @@ from pinmech.kinematics.branch import (
 )
 from pinmech.kinematics.limbsolve import solve_limb
 from pinmech.kinematics.memo import per_mechanism
+from pinmech.kinematics.motion import least_held, limb_of
 from pinmech.kinematics.nearest import nearest_approach
-from pinmech.kinematics.outputs import describe, pose_of
+from pinmech.kinematics.outputs import describe, output_values, pose_of
+from pinmech.kinematics.scaling import scaled_output_jacobian
 from pinmech.kinematics.solution import CONVERGED, Solution, as_status
 from pinmech.kinematics.solver import (
     Pose,
@@ -156,9 +158,16 @@ class InverseSolver:
                 f"of them to go {self._at(target)}; give another guess"
             )
         else:
+            mechanism, system = self.mechanism, self.system
+            system.evaluate(tracked.q)
+            frame = mechanism.platform_frame
+            pose = system.data.oMi[frame.joint] * frame.placement
+            place = describe(mechanism, output_values(mechanism, tracked.q, pose))
+            loose = least_held(mechanism, system, scaled_output_jacobian(mechanism, system))
             message = (
-                f"the straight line of the outputs meets a singularity {100 * tracked.s:.4g} % of "
-                f"the way {self._at(target)}; the branches meet there"
+                "the straight line of the outputs meets a type 1 singularity of limb "
+                f"{limb_of(mechanism, loose)} {100 * tracked.s:.4g} % of the way, at {place}; the "
+                "branches meet there"
             )
         return self._fail("singular", message, count)
 

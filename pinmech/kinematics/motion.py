@@ -87,3 +87,19 @@ def idle_freedoms(mechanism: Mechanism) -> int:
 def input_mobility(mechanism: Mechanism) -> int:
     """Degrees of freedom at home without the idle ones."""
     return motions(mechanism.home).basis.shape[1]
+
+
+def least_held(mechanism: Mechanism, system: ClosureSystem, held: Array) -> Array:
+    """(nv,) the motion, scaled to unit length, that the closures and the dimensionless rows
+    ``held`` (m, nv) hold least at the last evaluated q; idle motions left aside."""
+    stacked = np.vstack([scaled_closure_jacobian(mechanism, system), held])
+    motion: Array = np.linalg.svd(stacked)[2][mechanism.model.nv - 1 - idle_freedoms(mechanism)]
+    return motion
+
+
+def limb_of(mechanism: Mechanism, motion: Array) -> str:
+    """Name of the limb that a motion (nv,) moves most."""
+    return max(
+        mechanism.limbs.values(),
+        key=lambda limb: float(np.abs(motion[list(limb.coordinates)]).max(initial=0.0)),
+    ).name

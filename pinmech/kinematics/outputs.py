@@ -18,7 +18,7 @@ def describe(mechanism: Mechanism, target: Array) -> str:
     for name, value, angular in zip(
         mechanism.outputs, target, mechanism.outputs.angular, strict=True
     ):
-        value += 0.0  # -0.0 reads like a mistake
+        value = round(float(value), 9) + 0.0  # no rounding errors, and no -0
         shown = f"{np.rad2deg(value):.4g} deg" if angular else f"{1e3 * value:.4g} mm"
         parts.append(f"{name} = {shown}")
     return ", ".join(parts)

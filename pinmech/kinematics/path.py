@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from pinmech.kinematics.arguments import guess_state, matrix, numbers
+from pinmech.kinematics.arguments import LARGEST, guess_state, matrix, numbers, sensible
 from pinmech.kinematics.branch import fully_labelled, labelled, wanted_signs
 from pinmech.kinematics.forward import CONSISTENT, ForwardSolver
 from pinmech.kinematics.inverse import InverseSolver
@@ -174,7 +174,7 @@ class _Runner:
     ) -> Path:
         """``held`` (N, n) are the values of ``warm.held`` that belong to the targets."""
         mechanism, total = self.mechanism, len(targets)
-        finite = np.isfinite(targets).all(axis=1)
+        finite = np.asarray(sensible(targets).all(axis=1))
         orders = _orders(held)
         last, regular, streak, k = start, start, 0, 0
         if warm is not None:
@@ -183,7 +183,11 @@ class _Runner:
             if self.progress is not None:
                 self.progress(k, total)
             if not finite[k]:
-                self._fail(k, "bad_input", "the row holds NaN or infinite values")
+                self._fail(
+                    k,
+                    "bad_input",
+                    f"the row holds NaN, infinite values or values beyond ±{LARGEST:.0e}",
+                )
                 streak, k = 0, k + 1
                 if warm is not None:
                     warm.calibrate(last)
@@ -287,7 +291,7 @@ def _orders(values: Array) -> list[int]:
     count = len(values)
     orders, fits = np.zeros(count, dtype=int), np.ones(count, dtype=bool)
     difference = np.diff(values, axis=0)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         for order in range(1, len(_EXTRAPOLATE)):
             if count <= order + 1:
                 break

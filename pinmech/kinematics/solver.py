@@ -310,5 +310,8 @@ def limit_breaches(mechanism: Mechanism, q: Array) -> list[str]:
                 f"(limits {np.rad2deg(low):.3g} .. {np.rad2deg(high):.3g} deg)"
             )
         else:
-            texts.append(f"joint {name} at {value:.4g} m (limits {low:.4g} .. {high:.4g} m)")
+            texts.append(
+                f"joint {name} at {1e3 * value:.4g} mm "
+                f"(limits {1e3 * low:.4g} .. {1e3 * high:.4g} mm)"
+            )
     return texts

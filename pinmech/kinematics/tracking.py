@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.kinematics.motion import idle_freedoms
-from pinmech.kinematics.scaling import RANK
+from pinmech.kinematics.scaling import RANK, velocity_scale
 from pinmech.kinematics.solver import Pose, Problem, newton
 from pinmech.kinematics.walks import nearby
 from pinmech.mechanism.closures import ClosureSystem
@@ -23,12 +23,14 @@ from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 
-#: A step that moves a free coordinate further [rad, characteristic lengths, or for a slider that is
+#: A step that moves a coordinate further [rad, characteristic lengths, or for a slider that is
 #: out by more than one such length the same part of its value] is halved.
 LONGEST_MOVE = 0.4
 #: The second Newton step may be this part of the first; more, and the step is halved.
 CONTRACTION = 0.25
 SHORTEST_STEP = 2.0**-40
+#: Linear systems after which a line is given up: it is a thousand radians long, or crawls.
+_MOST = 20_000
 #: A step may take away this part of a singular value, by its slope at the start of the step. Where
 #: two branches cross, each determinant keeps its sign on the way from one branch to the other, and
 #: only a step that ends before the crossing tells them apart.
@@ -118,14 +120,14 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
     s, count, crossing = 0.0, 0, False
     outlook = _look(line, system, here, s, before)
     step = outlook.room
-    while s < 1.0:
+    while s < 1.0 and count < _MOST:
         ahead = min(1.0, s + step)
         problem = line.problem(ahead)
         trial = here + (ahead - s) * outlook.tangent
         line.place(trial, ahead)
         run = newton(problem, system, trial, iterations=10)
         count += run.iterations
-        moved = np.abs((trial - here)[problem.free] * _measure(problem, here)).max(initial=0.0)
+        moved = np.abs((trial - here) * _measure(problem, here)).max(initial=0.0)
         # Where closures close to second order, steps below RANK are noise.
         contracts = run.second <= CONTRACTION * run.first + RANK
         good = run.converged and moved <= LONGEST_MOVE and contracts
@@ -150,13 +152,14 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
         if step < SHORTEST_STEP:
             near = _smallest(before) < 0.05
             return Tracked(False, here, s, bool(crossing or near), count)
-    return Tracked(True, here, 1.0, False, count)
+    return Tracked(s >= 1.0, here, s, False, count)
 
 
 def _measure(problem: Problem, q: Array) -> Array:
-    """(n_free,) weights for moves of the free coordinates."""
-    free, weights = problem.free, problem.weights
-    out = np.where(problem.mechanism.revolving[free], 1.0, np.abs(q[free]) * weights)
+    """(nv,) weights for moves of the coordinates."""
+    mechanism = problem.mechanism
+    weights = 1.0 / velocity_scale(mechanism)
+    out = np.where(mechanism.revolving, 1.0, np.abs(q) * weights)
     measure: Array = weights / np.maximum(1.0, out)
     return measure
 
@@ -170,11 +173,14 @@ def _look(line: Line, system: ClosureSystem, here: Array, s: float, matrix: Arra
     u, values, vt = np.linalg.svd(matrix, full_matrices=False)
     rank = int((values > RANK * values[0]).sum())
     u, values, vt = u[:, :rank], values[:rank], vt[:rank]
+    # What Newton left is small, but not beside a change of 1e-6 where a singular value is small.
+    left = line.problem(s).residual(system, here).copy()
     problem, probe = line.problem(s + _PROBE), here.copy()
     line.place(probe, s + _PROBE)
     tangent = (probe - here) / _PROBE
     # Without the open directions, in which there is nothing but noise.
-    rates = -vt.T @ (u.T @ problem.residual(system, probe) / values) / (_PROBE * problem.length)
+    change = (problem.residual(system, probe) - left) / (_PROBE * problem.length)
+    rates = -vt.T @ (u.T @ change / values)
     tangent[problem.free] = rates / problem.weights
     way = min(_PROBE, 10.0 * _PROBE / max(float(np.abs(rates).max(initial=0.0)), 1e-300))
     problem = line.problem(s + way)

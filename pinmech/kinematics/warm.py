@@ -28,6 +28,9 @@ Array = np.ndarray
 _STEPS = 8
 #: A determinant below this part of its size where calibrated is looked at again.
 _NEAR_SINGULAR = 1e-4
+#: Change of a held coordinate [rad or characteristic lengths] beyond which determinant signs alone
+#: do not tell the branch: a crank may have gone right round in between.
+_LONGEST_CHANGE = 1.0
 _dgesv = lapack.dgesv
 
 
@@ -64,6 +67,7 @@ class Warm:
         self.length, self.labelled = mechanism.length, labelled
         weights = np.where(mechanism.revolving[free], 1.0, 1.0 / mechanism.length)
         self._weights = None if bool((weights == 1.0).all()) else weights
+        self._held_weights = np.where(mechanism.revolving[held], 1.0, 1.0 / mechanism.length)
         self.iterations, self.residual = 0, np.inf
         self.diagonal = self.pivots = np.zeros(0)
         self._bound = (CLOSED * mechanism.length) ** 2
@@ -123,7 +127,9 @@ class Warm:
     def predict(self, q: Array, change: Array) -> float:
         """Move q (nq,) in place along the tangent at the last pose solved or calibrated, for a
         change of the held coordinates that q has already; returns how far (see :meth:`newton`), 0
-        when it was too far to be of use."""
+        when it was too far to be of use, inf when the change itself is too large."""
+        if not self.labelled and float(np.abs(change * self._held_weights).max()) > _LONGEST_CHANGE:
+            return math.inf
         if self._factors is None:
             return 0.0
         lu, pivots, k = self._factors
@@ -172,6 +178,8 @@ class Warm:
         ahead = q.copy()
         ahead[self.held] = values
         moved = self.predict(ahead, values - q[self.held])
+        if moved > LONGEST_MOVE:
+            return None
         if not self.newton(ahead, moved) or not self.agree(self.diagonal[None], [self.pivots])[0]:
             return None
         return ahead

@@ -158,6 +158,9 @@ def print_singularity(state: ClosedState, found: Singularity, to: Console) -> No
         print_line(to, text)
 
 
+REACTION_PARTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+
+
 def print_mobility(state: ClosedState, found: Mobility, screws: LimbScrews, to: Console) -> None:
     """Mobility of a state, where it comes from, and the order of each limb's screw system."""
     locked = f", with {', '.join(found.locked)} locked" if found.locked else ""
@@ -173,12 +176,23 @@ def print_mobility(state: ClosedState, found: Mobility, screws: LimbScrews, to: 
     }
     for name, text in facts.items():
         print_line(to, f"{name + ':':<20}{text}")
-    if found.redundant_loops:
-        text = f"not all closure forces follow from the loads: {', '.join(found.redundant_loops)}"
-        print_line(to, text)
-    text = f"singular values up to {found.tolerance:.1e} count as 0; gap {found.gap:.1e}"
-    print_line(to, text, "dim")
+    values = ", ".join(f"{value:.3g}" for value in found.singular_values[: found.rank])
+    print_line(to, f"{'singular values:':<20}{values}")
+    rest = found.singular_values[found.rank :]
+    text = f"{len(rest)} more up to {max(rest, default=0.0):.1e} count as 0; " if len(rest) else ""
+    text += f"tolerance {found.tolerance:.1e}, gap {found.gap:.1e}, scaled closure Jacobian"
+    print_line(to, " " * 20 + text, "dim")
     to.print()
+    if found.redundant_loops:
+        print_line(
+            to, f"{'redundancy:':<20}carried by the loops {', '.join(found.redundant_loops)}"
+        )
+        for name, unique in found.reactions_unique.items():
+            parts = [part for part, known in zip(REACTION_PARTS, unique, strict=True) if not known]
+            if parts:
+                text = f"{name}: {', '.join(parts)} do not follow from the loads"
+                print_line(to, " " * 20 + text)
+        to.print()
     rows = [(name, str(s.order), str(s.constraint_order)) for name, s in screws.items()]
     rows.append(("all limbs together", str(screws.platform.order),
                  str(screws.platform.constraint_order)))  # fmt: skip

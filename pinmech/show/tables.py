@@ -77,7 +77,9 @@ def terminal_table(rows: Sequence[SizingRow], title: str) -> Table:
         # A drive comes again only in the next load case; in an envelope each comes once.
         last = after is None or row.drive != after.drive
         table.add_row(
-            *(text(cell) for cell in cells(row)), style="" if row.ok else "red", end_section=last
+            *(text(cell) for cell in cells(row, rows)),
+            style="" if row.ok else "red",
+            end_section=last,
         )
     return table
 

@@ -206,7 +206,7 @@ def test_slider_force_by_hand(load_case: str) -> None:
     assert force[1] == pytest.approx(expected, rel=1e-9)
     assert force[0] == pytest.approx(0.0, abs=1e-9)
     if load_case == "return":
-        assert force[1] == pytest.approx(-27.20, abs=0.01)  # the plate weighs 1.5 kg
+        assert force[1] == pytest.approx(-27.20, abs=0.01)  # the slider weighs 2.2 kg
 
 
 def test_crank_torque_by_hand() -> None:

@@ -153,6 +153,10 @@ def test_arms_that_agree_elsewhere_are_not_called_contradicting(
     assert solution.status == "not_converged"
     shown = ", ".join(f"{n} = {x:.4g} deg" for n, x in zip(("alpha", "beta"), degrees, strict=True))
     assert f"the actuators agree at {shown}" in solution.message
+    rounded = pm.forward(wide, np.round(theta, 9))
+    assert (rounded.status, rounded.message) == (solution.status, solution.message)
+    coarse = pm.forward(wide, np.round(theta, 5), tolerance=1e-3)
+    assert "the actuators agree at" in coarse.message
     near = pm.inverse(wide, np.deg2rad(degrees) - 0.05).unwrap()
     state = pm.forward(wide, theta, guess=near).unwrap()
     np.testing.assert_allclose(np.rad2deg(pose_of(state)), degrees, atol=1e-6)
