@@ -194,7 +194,8 @@ def _bounds(table: PaperTable, mechanism: pm.Mechanism) -> None:
         "fig6",
         "Fig. 6",
         "the bounds along the motion",
-        "no number printed; drawn for the assumed pattern, printed and corrected bounds",
+        "no number printed; drawn for the assumed pattern. Along it the printed bound holds like "
+        "the corrected one; it fails for rods that rise together (the row above)",
         figure="gpr_fig6.png",
     )
 

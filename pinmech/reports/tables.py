@@ -96,7 +96,12 @@ def table_markdown(table: PaperTable) -> str:
     if drawn:
         lines += ["", "## Figures", ""]
         for figure, items in drawn.items():
-            lines += [f"{items[0].place}: {items[0].what}", "", f"![{figure}]({figure})", ""]
+            # Every row that the picture belongs to, under the place where it is printed.
+            places: dict[str, list[str]] = {}
+            for item in items:
+                places.setdefault(item.place, []).append(item.what)
+            caption = "; ".join(f"{place}: {', '.join(what)}" for place, what in places.items())
+            lines += [caption, "", f"![{figure}]({figure})", ""]
     return "\n".join(lines).rstrip() + "\n"
 
 
