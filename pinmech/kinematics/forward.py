@@ -278,6 +278,8 @@ class ForwardSolver:
             message = f"the loops cannot be closed there: {1e3 * short:.4g} mm apart"
             return self._fail("unreachable", message, self._count), tracked.q
         message = f"the continuation stops {where}"
+        if short > 0.0:
+            message += f"; the loops come within {short:.1e} m there, too near to tell from closed"
         return self._fail("not_converged", message, self._count), tracked.q
 
     def _kind(self, held: Array, q: Array) -> str:
