@@ -58,6 +58,17 @@ def test_a_crank_does_not_turn_right_round_over_a_gap() -> None:
     assert pm.forward(mech, [2.99]).success
 
 
+def test_a_whole_turn_of_a_crank_is_not_taken_for_none(antenna: pm.Mechanism) -> None:
+    """The joints close in the same places; the arm cannot get there."""
+    home = antenna.home.actuators
+    for turn in (2 * math.pi, -4 * math.pi):
+        goal = {"arm1": home["arm1"] + turn, "arm2": home["arm2"]}
+        assert pm.forward(antenna, goal).status == "singular"
+        rows = [[home["arm1"], home["arm2"]], list(goal.values())]
+        path = pm.forward_path(antenna, rows, drive="12")
+        assert path.status.tolist() == ["ok", "singular"]
+
+
 def test_outputs_that_are_inputs_do_not_hide_a_type_2_singularity() -> None:
     """The five-bar stretched: its inputs are its outputs, and its platform is loose."""
     solution = pm.forward(GOOD["five_bar"]().load(), [1.4074629084552868, -2.3179678804715795])
