@@ -302,9 +302,11 @@ class DecoupledPF:
         """A square plate round the pointing leg, so that the pad rests on it in every direction of
         theta1; the hole lets yoke and platform through at every height."""
         thick, z = 0.005, -self.drop - 0.0025
-        hole, half = self._reach - 0.018, self.e + self._reach + 0.020
-        middle, width = 0.5 * (hole + half), half - hole
         front = self._rail - 0.012
+        # A small e leaves less room than the pad needs inside, and in front of the guide.
+        hole = max(self._reach - 0.018, 0.1 * self.e)
+        half = min(self.e + self._reach + 0.020, front - 0.002)
+        middle, width = 0.5 * (hole + half), half - hole
 
         def part(x: float, y: float, long: float, wide: float) -> Solid:
             return box((x, y, z), (long, wide, thick), "driven", None, self.density)

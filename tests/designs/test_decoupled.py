@@ -180,6 +180,13 @@ def test_refuses(design: type, change: dict[str, object], message: str) -> None:
         design(**change)
 
 
+@pytest.mark.parametrize("e", [0.02, 0.05, 0.3])
+def test_other_sizes_make_a_plate_too(e: float) -> None:
+    mech = pm.designs.decoupled_pf(e=e, stroke=1.2 * e)
+    assert pm.inverse(mech, [1.0, 0.5]).success
+    assert mech.model.inertias[mech.model.getJointId("q2")].mass > 0.1
+
+
 @pytest.mark.parametrize("e", [0.1, 0.13])
 def test_the_pad_rests_on_the_plate_in_every_direction(e: float) -> None:
     """The closure is an infinite plane; what is drawn must carry the pad all the same."""
