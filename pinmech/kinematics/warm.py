@@ -128,9 +128,10 @@ class Warm:
         """Move q (nq,) in place along the tangent at the last pose solved or calibrated, for a
         change of the held coordinates that q has already; returns how far (see :meth:`newton`), 0
         when it was too far to be of use, inf when the change itself is too large."""
-        size = float(np.abs(change * self._held_weights).max(initial=0.0))
-        if size > _LONGEST_CHANGE and not self.labelled:
-            return math.inf
+        if not self.labelled:
+            wide = np.abs(change * self._held_weights).max(initial=0.0)
+            if wide > _LONGEST_CHANGE:
+                return math.inf
         if self._factors is None:
             return 0.0
         lu, pivots, k = self._factors
