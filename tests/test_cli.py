@@ -17,6 +17,7 @@ from pinmech.cli import app as commands
 from pinmech.cli.run import run
 from pinmech.cli.values import assignments, modes, quantity
 from pinmech.errors import InputError
+from pinmech.show.console import REACTION_PARTS
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "scripts" / "view.py"
@@ -149,6 +150,15 @@ def test_mobility_of_every_mechanism(call, name: str) -> None:
     assert (code, err) == (0, "")
     assert f"{found.dof}; as finite motions {found.finite_dof}\n" in out
     assert re.search(rf"Kutzbach count: +{found.kutzbach} ", out)
+    shown = re.search(r"singular values: +(.*)\n", out)
+    assert shown is not None
+    values = [float(text) for text in shown[1].split(", ")]
+    assert values == pytest.approx(found.singular_values[: found.rank], rel=0.01)
+    assert ("redundancy:" in out) == bool(found.overconstraint)
+    for loop, unique in found.reactions_unique.items():
+        loose = [part for part, known in zip(REACTION_PARTS, unique, strict=True) if not known]
+        line = f"{loop}: {', '.join(loose)} do not follow from the loads"
+        assert (line in out) == bool(loose)
     record = json.loads(call("mobility", name, "--json")[1])
     assert (record["dof"], record["rank"]) == (found.dof, found.rank)
     assert set(record["screws"]) == {*pm.load(name).limbs, "platform"}

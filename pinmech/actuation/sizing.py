@@ -17,7 +17,8 @@ import numpy as np
 
 from pinmech.actuation.case import Case, LoadCase, load_case_file
 from pinmech.actuation.dynamics_path import DynamicsPath, demand_path, share_path
-from pinmech.actuation.sizing_table import History, Sampling, SizingRow, SizingTable
+from pinmech.actuation.sizing_rows import History, Sampling, SizingRow
+from pinmech.actuation.sizing_table import SizingTable
 from pinmech.errors import InputError
 from pinmech.kinematics.path import inverse_path
 from pinmech.kinematics.solution import Path as PosePath

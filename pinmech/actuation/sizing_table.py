@@ -1,7 +1,4 @@
-"""The sizing table: its rows, how its numbers are written, and its files (CSV, Markdown, HTML).
-
-Columns are defined once, in :data:`COLUMNS`; every writer and the terminal table follow them.
-"""
+"""The sizing table and its files: CSV, Markdown, HTML."""
 
 from __future__ import annotations
 
@@ -12,206 +9,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
-Array = np.ndarray
-DIGITS = 4
-
-
-@dataclass(frozen=True)
-class SizingRow:
-    """What one actuator must do in one load case, driven by one drive.
-
-    A row whose motion the drive cannot produce has NaN numbers, and says why in ``note``.
-    Of a sliding actuator, torque is force [N] and speed is [m/s].
-
-    Attributes:
-        load_case: its name; in the envelope, the load case that has the peak torque.
-        drive, actuator: their names.
-        linear: True for an actuator that slides.
-        peak_torque: largest absolute torque of the samples [N·m or N].
-        peak_time: when that is [s].
-        rms_torque: root of the time average of the squared torque [N·m or N].
-        peak_speed: largest absolute speed [rad/s or m/s].
-        peak_motoring: largest power that the actuator puts in [W], at least 0.
-        peak_braking: largest power that it takes out [W], at least 0.
-        positive_work: energy that it puts in, what it takes out not deducted [J].
-        status: ``ok``, or a solver status such as ``singular`` or ``unreachable``.
-        failure_time: when the motion first fails [s]; NaN when it does not.
-        note: for a failure, a sentence with time and reason.
-    """
-
-    load_case: str
-    drive: str
-    actuator: str
-    linear: bool
-    peak_torque: float = math.nan
-    peak_time: float = math.nan
-    rms_torque: float = math.nan
-    peak_speed: float = math.nan
-    peak_motoring: float = math.nan
-    peak_braking: float = math.nan
-    positive_work: float = math.nan
-    status: str = "ok"
-    failure_time: float = math.nan
-    note: str = ""
-
-    @property
-    def ok(self) -> bool:
-        """True when the drive produces the whole motion."""
-        return self.status == "ok"
-
-
-@dataclass(frozen=True, eq=False)
-class History:
-    """Torques and speeds of one drive over one load case.
-
-    Attributes:
-        load_case, drive: their names.
-        actuators: names of the drive's actuators.
-        linear: for each, True when it slides.
-        time: (N,) [s].
-        torques: (N, n_drive) [N·m or N]; NaN where the motion failed.
-        speeds: (N, n_drive) [rad/s or m/s]; NaN where the motion failed.
-        status, note: as in the rows.
-    """
-
-    load_case: str
-    drive: str
-    actuators: tuple[str, ...]
-    linear: tuple[bool, ...]
-    time: Array
-    torques: Array
-    speeds: Array
-    status: str = "ok"
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """How a load case was sampled: peaks are the largest *samples*.
-
-    Attributes:
-        load_case: its name.
-        source: where the motion comes from.
-        gravity: base axes [m/s^2].
-        samples: how many.
-        duration: [s].
-        smallest_step, largest_step: between samples [s].
-    """
-
-    load_case: str
-    source: str
-    gravity: tuple[float, float, float]
-    samples: int
-    duration: float
-    smallest_step: float
-    largest_step: float
-
-    def __str__(self) -> str:
-        low, high = f"{self.smallest_step:.4g}", f"{self.largest_step:.4g}"
-        step = f"{high} s apart" if low == high else f"{low} to {high} s apart"
-        gravity = math.hypot(*self.gravity)
-        return (
-            f"{self.load_case}: {self.source or 'motion'}, {self.samples} samples {step} over "
-            f"{self.duration:.6g} s, gravity {gravity:.4g} m/s²"
-        )
-
-
-def significant(value: float, digits: int = DIGITS) -> str:
-    """A number with the given count of significant digits, plain where that reads well.
-
-    1e-7 becomes ``1.000e-07``, 10 becomes ``10.00``, NaN an en dash.
-    """
-    if math.isnan(value):
-        return "–"
-    if value == 0 or math.isinf(value):
-        return "0" if value == 0 else f"{value:g}"
-    rounded = f"{value:.{digits - 1}e}"
-    exponent = int(rounded.partition("e")[2])
-    if not -3 <= exponent <= digits:
-        return rounded
-    # Round once, as above: at the exponent's decimals, which 9.9996 -> 10.00 has changed.
-    return f"{float(rounded):.{max(0, digits - 1 - exponent)}f}"
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of numbers.
-
-    Attributes:
-        key: attribute of :class:`SizingRow`, and name in the CSV file.
-        label: heading.
-        rotary, linear: unit for turning and for sliding actuators.
-    """
-
-    key: str
-    label: str
-    rotary: str
-    linear: str
-
-    def unit(self, rows: Sequence[SizingRow]) -> str:
-        """Unit for these rows; both, where actuators of both kinds are among them."""
-        units = [self.linear if row.linear else self.rotary for row in rows] or [self.rotary]
-        return " or ".join(dict.fromkeys(units))
-
-    def text(self, row: SizingRow) -> str:
-        """The cell. A row that failed has its status for a peak torque, and the time of failure."""
-        if not row.ok and self.key == "peak_torque":
-            return row.status.replace("_", " ")
-        if not row.ok and self.key == "peak_time":
-            return significant(row.failure_time)
-        return significant(getattr(row, self.key))
-
-
-COLUMNS = (
-    Column("peak_torque", "peak torque", "N·m", "N"),
-    Column("peak_time", "at time", "s", "s"),
-    Column("rms_torque", "RMS torque", "N·m", "N"),
-    Column("peak_speed", "peak speed", "rad/s", "m/s"),
-    Column("peak_motoring", "peak motoring", "W", "W"),
-    Column("peak_braking", "peak braking", "W", "W"),
-    Column("positive_work", "positive work", "J", "J"),
+from pinmech.actuation.sizing_rows import (
+    COLUMNS,
+    ENVELOPE_TEXT,
+    KEYS,
+    ROWS_TEXT,
+    History,
+    Sampling,
+    SizingRow,
+    cells,
+    headings,
+    notes,
 )
-KEYS = ("load_case", "drive", "actuator")
-ENVELOPE_TEXT = (
-    "Envelope: the largest of each column over all load cases; load case and time are those of "
-    "the peak torque. A drive that fails in one load case has none."
-)
-ROWS_TEXT = (
-    "Peaks are the largest absolute values among the samples; RMS is weighted by time (trapezoid "
-    "rule); motoring is power that the actuator puts in, braking power that it takes out; positive "
-    "work is the time integral of the motoring power."
-)
-
-
-def headings(rows: Sequence[SizingRow]) -> list[str]:
-    """Heading of each column with its unit, the three names first."""
-    return [
-        *(key.replace("_", " ") for key in KEYS),
-        *(f"{column.label} [{column.unit(rows)}]" for column in COLUMNS),
-    ]
-
-
-def cells(row: SizingRow, rows: Sequence[SizingRow]) -> list[str]:
-    """A row of ``rows`` as texts, in the order of :func:`headings`. Where there are actuators of
-    both kinds, each has the unit of its torque beside its name."""
-    actuator = row.actuator
-    if len({other.linear for other in rows}) > 1:
-        actuator += " [N]" if row.linear else " [N·m]"
-    return [row.load_case, row.drive, actuator, *(column.text(row) for column in COLUMNS)]
-
-
-def notes(rows: Sequence[SizingRow]) -> list[str]:
-    """One line for each failure: load case, the drives that it stops, and the note."""
-    stopped: dict[tuple[str, str], dict[str, None]] = {}
-    for row in rows:
-        if not row.ok:
-            stopped.setdefault((row.load_case, row.note), {})[row.drive] = None
-    return [
-        f"{load_case}, drive{'s' if len(drives) > 1 else ''} {', '.join(drives)}: {note}"
-        for (load_case, note), drives in stopped.items()
-    ]
 
 
 @dataclass(frozen=True, eq=False)

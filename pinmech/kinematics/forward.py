@@ -336,7 +336,7 @@ class ForwardSolver:
 
     def mismatches(self, wanted: Array, q: Array) -> Array:
         """The same for rows (..., n) and (..., nq)."""
-        return np.abs((wanted - q[..., self.coordinates]) * self._weights).max(axis=-1)
+        return np.abs((wanted - q[..., self.coordinates]) * self._weights).max(axis=-1, initial=0.0)
 
     def _contradiction(self, wanted: Array, q: Array) -> str:
         worst = int(np.abs((wanted - q[self.coordinates]) * self._weights).argmax())

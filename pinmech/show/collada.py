@@ -1,7 +1,7 @@
 """Collada meshes as the meshcat page can draw them.
 
-The page merges all geometries of a file and keeps one material for each. Of a geometry with several
-materials it draws the first part only.
+The page merges all geometries of a file and counts on one material for each. A geometry with
+several materials it draws in part only.
 """
 
 from __future__ import annotations

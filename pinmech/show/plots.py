@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pinmech.actuation.sizing_table import History, SizingTable
+from pinmech.actuation.sizing_rows import History
+from pinmech.actuation.sizing_table import SizingTable
 from pinmech.errors import MissingExtraError, UnknownNameError
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ import pytest
 
 import pinmech as pm
 from pinmech.actuation.case import Case, cases, load_case_file
-from pinmech.actuation.sizing_table import History, SizingTable
+from pinmech.actuation.sizing_rows import History
+from pinmech.actuation.sizing_table import SizingTable
 
 Array = np.ndarray
 
@@ -205,8 +206,6 @@ def test_slider_force_by_hand(load_case: str) -> None:
     force = first("solar_tracker_pf", load_case)
     assert force[1] == pytest.approx(expected, rel=1e-9)
     assert force[0] == pytest.approx(0.0, abs=1e-9)
-    if load_case == "return":
-        assert force[1] == pytest.approx(-27.20, abs=0.01)  # the slider weighs 2.2 kg
 
 
 @pytest.mark.parametrize("name", ["solar_tracker_pf", "solar_tracker_4r"])

@@ -14,7 +14,7 @@ from pinmech.actuation.dynamics import inverse_dynamics
 from pinmech.actuation.loads import Loads, Payload
 from pinmech.actuation.profiles import rest_to_rest, sweep
 from pinmech.actuation.sizing import envelope, positive_part, reduce_history, size_actuators
-from pinmech.actuation.sizing_table import SizingRow
+from pinmech.actuation.sizing_rows import SizingRow
 from pinmech.actuation.trajectory import Trajectory
 from pinmech.errors import InputError
 from pinmech.kinematics.assembly import load
@@ -271,7 +271,10 @@ def test_force_and_torque_of_a_mixed_drive() -> None:
     assert (turning.linear, sliding.linear) == (False, True)
     assert sliding.peak_torque == pytest.approx(2.0 / (0.1 * math.cos(0.5)), rel=1e-6)
     assert turning.peak_torque == pytest.approx(0, abs=1e-6)
-    assert table.to_markdown().count("[N·m or N]") == 4
+    text = table.to_markdown()
+    assert text.count("[N·m or N]") == 4
+    # and each row says which: once in the envelope, once in its load case
+    assert (text.count("| q1 [N·m] |"), text.count("| q2 [N] |")) == (2, 2)
 
 
 def test_progress_counts_up_to_the_end(antenna) -> None:

@@ -83,6 +83,13 @@ def test_a_line_of_a_million_radians_is_given_up(name: str) -> None:
     assert solution.iterations < 25_000
 
 
+def test_a_rigid_structure_needs_no_inputs() -> None:
+    mech = GOOD["triangle"]().load()
+    solution = pm.forward(mech, {})
+    assert solution.success
+    np.testing.assert_allclose(solution.unwrap().q, mech.home.q, atol=1e-12)
+
+
 def test_values_that_no_unit_explains_are_refused() -> None:
     mech = pm.load("spherical_3paur")
     for bad in (1e160, -1e13):

@@ -340,6 +340,19 @@ def test_thrusts_of_the_ideal_mechanism() -> None:
         np.testing.assert_allclose(many.actuator_rates, 0.1, atol=1e-9)
 
 
+def test_two_rods_cannot_balance_the_ideal_mechanism() -> None:
+    """Two thrusts lift it, but do not keep it from tilting: said, for one pose and for a path."""
+    design = DESIGNS["gpr_3ps_ideal"]()
+    mech = from_text(design.description + "drives: {two: [q1, q2]}\n", design.urdf)
+    state = pm.inverse(mech, [0.3]).unwrap()
+    with pytest.raises(SingularError, match="in a motion that is possible to first order only"):
+        pm.inverse_dynamics(state, [0.0], [0.0], drive="two")
+    path = pm.inverse_path(mech, [[0.3], [0.4]])
+    found = pm.inverse_dynamics_path(mech, path, np.zeros((2, 1)), np.zeros((2, 1)), drive="two")
+    assert found.status.tolist() == ["singular", "singular"]
+    assert "first order only" in found.messages[0]
+
+
 def test_an_arm_on_the_ideal_mechanism() -> None:
     """Hybrid: 1 + 3 outputs, and the two motions of first order are balanced all the same."""
     arm = {"arm_shoulder": 0.3, "arm_elbow": -0.8, "arm_wrist": 0.4}

@@ -194,6 +194,13 @@ def test_a_quarter_turn_about_an_axis_is_singular(mech: pm.Mechanism, axis: list
         assert (solution.status, solution.state) == ("singular", None)
 
 
+def test_the_singularity_is_said_to_be_where_it_is(mech: pm.Mechanism) -> None:
+    """On the way to 170 deg it lies at a quarter turn, not at the target."""
+    message = pm.inverse(mech, [math.radians(170.0), 0, 0]).message
+    assert f"{100 * 90 / 170:.4g} % of the way, at s1 = 90 deg, s2 = 0 deg, s3 = 0 deg" in message
+    assert "type 1 singularity of limb crank" in message
+
+
 def test_crank_range_is_guarded(mech: pm.Mechanism) -> None:
     """phi in -180 .. 0 deg: at its ends the parallelogram is flat."""
     for s, crank in (([1.7, 0, 0], 1), ([0, 1.7, 0], 2), ([0, 0, 1.7], 3)):

@@ -1,4 +1,4 @@
-"""Every part of a Collada mesh is drawn: the page takes one material from each geometry."""
+"""Every part of a Collada mesh is drawn: the page counts on one material for each geometry."""
 
 from __future__ import annotations
 

@@ -13,7 +13,8 @@ from rich.console import Console
 from pinmech.actuation.case import Case, LoadCase
 from pinmech.actuation.profiles import rest_to_rest
 from pinmech.actuation.sizing import size_actuators
-from pinmech.actuation.sizing_table import COLUMNS, SizingRow, SizingTable, headings, significant
+from pinmech.actuation.sizing_rows import COLUMNS, SizingRow, headings, significant
+from pinmech.actuation.sizing_table import SizingTable
 from pinmech.kinematics.assembly import load
 from pinmech.show.tables import WIDTH, console, print_table
 
