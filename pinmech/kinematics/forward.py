@@ -9,8 +9,8 @@ import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import guess_state, vector
-from pinmech.kinematics.branch import fully_labelled, meeting_limbs
-from pinmech.kinematics.limbsolve import starts
+from pinmech.kinematics.blocks import holds_platform
+from pinmech.kinematics.labels import holds_at, labels, meeting_limbs
 from pinmech.kinematics.motion import (
     idle_freedoms,
     input_mobility,
@@ -34,9 +34,10 @@ from pinmech.kinematics.solver import (
     newton,
     wrap_towards,
 )
+from pinmech.kinematics.starts import starts
 from pinmech.kinematics.state import ClosedState, close
 from pinmech.kinematics.tracking import JointLine, follow
-from pinmech.kinematics.warm import whole
+from pinmech.kinematics.warm import Warm
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
@@ -241,9 +242,13 @@ class ForwardSolver:
         state, reason = close(self.mechanism, q, self.system.data)
         if state is None:
             return self._fail("not_converged", reason, self._count)
-        if not fully_labelled(self.mechanism):
+        known = labels(self.mechanism)
+        if not holds_at(self.mechanism, known.equations, q, self.system.data):
+            message = "the straight line leaves the branch of home where another one crosses it"
+            return self._fail("singular", message, self._count)
+        if not (known.complete and holds_platform(self.mechanism)):
             # Where branches cross, the line may have left for one on which the platform is locked.
-            locked = meeting_limbs(self.mechanism, self.system)
+            locked = meeting_limbs(self.mechanism, q, self.system)
             if locked:
                 message = (
                     f"the actuators lead to a type 1 singularity of limb {', '.join(locked)}, "
@@ -304,7 +309,7 @@ class ForwardSolver:
         key = f"forward {held.tolist()}"
         warm = system.kit.get(key)
         if warm is None:
-            warm = system.kit[key] = whole(self.mechanism, system, held)
+            warm = system.kit[key] = Warm(self.mechanism, system, held)
         ahead: Array | None = warm.step_from(start, values)
         if ahead is not None:
             self._count += warm.iterations
@@ -358,8 +363,7 @@ class ForwardSolver:
         )
 
     def _fail(self, status: str, message: str, count: int) -> Solution:
-        residual = float(np.linalg.norm(self.system.residual)) / self.mechanism.length
-        return Solution(False, as_status(status), message, residual, count, None)
+        return Solution(False, as_status(status), message, np.nan, count, None)
 
 
 def determined(stacked: Array, mechanism: Mechanism) -> float:

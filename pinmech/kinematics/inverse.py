@@ -8,19 +8,17 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.kinematics.arguments import Values, guess_state, vector
-from pinmech.kinematics.branch import (
-    Block,
-    blocks,
-    determinants,
-    fully_labelled,
-    home_determinants,
-    home_signs,
-    labelled,
+from pinmech.kinematics.blocks import blocks
+from pinmech.kinematics.labels import (
+    agrees,
+    labels,
     meeting_limbs,
-    separates,
+    platform_target,
+    undetermined_limbs,
     wanted_signs,
 )
-from pinmech.kinematics.limbsolve import solve_limb
+from pinmech.kinematics.limbequation import HOLDS, Poses, poses_at
+from pinmech.kinematics.limbsolve import LimbSolver
 from pinmech.kinematics.memo import per_mechanism
 from pinmech.kinematics.motion import least_held, limb_of
 from pinmech.kinematics.nearest import nearest_approach
@@ -34,6 +32,7 @@ from pinmech.kinematics.solver import (
     newton,
     wrap_towards,
 )
+from pinmech.kinematics.starts import starts
 from pinmech.kinematics.state import CLOSED, ClosedState, close
 from pinmech.kinematics.tracking import JointLine, Line, PoseLine, Tracked, follow
 from pinmech.kinematics.warm import Warm
@@ -41,6 +40,9 @@ from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
+
+#: Random starts of what the labels leave open.
+_STARTS = 24
 
 
 def inverse(
@@ -80,7 +82,13 @@ def inverse(
 
 
 class InverseSolver:
-    """Inverse kinematics with everything prepared that does not depend on the pose."""
+    """Inverse kinematics with everything prepared that does not depend on the pose.
+
+    Where the labels are complete (:mod:`pinmech.kinematics.labels`), a closed state with the right
+    outputs and labels is the answer, however it was found: by Newton from the start, else from the
+    roots of the limbs' equations, which also say what is out of reach. Where they are not, only
+    the continuation along a straight line of the outputs, step by step, is trusted.
+    """
 
     def __init__(
         self, mechanism: Mechanism, system: ClosureSystem, signs: Array, *, limits: bool
@@ -88,70 +96,81 @@ class InverseSolver:
         self.mechanism, self.system, self.signs, self.limits = mechanism, system, signs, limits
         self.joints = mechanism.outputs.kind == "joints"
         self.free, self.held = _split(mechanism)
-        self.trusted = fully_labelled(mechanism)
+        self.labels = labels(mechanism)
         self.square = self.joints and system.rows == len(self.free)
+        self._count = 0
 
     def solve(self, target: Array, start: Array) -> Solution:
         """Solve for (n_out,) outputs, starting from a closed q (nq,)."""
-        mechanism, system = self.mechanism, self.system
-        q, count = start.copy(), 0
+        self._count = 0
         if self.joints and len(self.free) == 0:
             return self._given(target)
-        if self.trusted:
-            q[self.held] = target
+        if self.labels.complete and (answer := self._at_once(target, start)) is not None:
+            return answer
+        if self.joints and self.limits and (outside := self._outside(target)):
+            return self._fail("limit", f"needs {outside[0]}")
+        if not self.labels.complete:
+            return self._by_line(target, start)
+        if self.labels.fixes_platform:
+            return self._by_limb(target, start)
+        return self._by_roots(target, start)
+
+    def _at_once(self, target: Array, start: Array) -> Solution | None:
+        """Newton from the start, if it arrives in the right mode within the limits."""
+        mechanism, system = self.mechanism, self.system
+        q = start.copy()
+        q[self.held] = target if self.joints else q[self.held]
+        if self.square:
             quick = _quick(mechanism, system)
             quick.signs = self.signs
             if start is mechanism.home.q:
                 quick.predict_from_home(q, target - start[self.held])
-            # Within the limits passive joints cannot be flipped, which determinants cannot see.
+            # Within its limits no passive joint has flipped through its lock.
             if quick.solve(q) and not limit_breaches(mechanism, q):
-                return self._finish(q, quick.iterations, quick=True)
+                self._count = quick.iterations
+                return self._finish(q, quick=True)
             q = start.copy()
             q[self.held] = target
-            run = newton(self._problem(target), system, q)
-            count = run.iterations
-            if run.converged and self._accept(q, start, strict=True):
-                return self._finish(q, count)
-        if self.joints and self.limits and (outside := self._outside(target)):
-            return self._fail("limit", f"needs {outside[0]}", count)
-        tracked, alone = None, None
-        if separates(mechanism) and max(len(block.free) for block in blocks(mechanism)) <= 3:
-            # Small limbs: a few searches settle whether they reach at all, before a continuation
-            # runs into the boundary with ever smaller steps.
-            alone = self._by_limb(target, start, count)
-            if alone.status == "unreachable":
-                return alone
-        if not separates(mechanism) and not self._same_mode(start):
+        run = newton(self._problem(target), system, q)
+        self._count = run.iterations
+        if not run.converged or close(mechanism, q, system.data)[0] is None:
+            return None
+        return self._finish(q) if self._accept(q, start) else None
+
+    def _by_line(self, target: Array, start: Array) -> Solution:
+        """Continuation from the start, without ever changing the branch."""
+        if not self._same_mode(start):
             other = self._remode(start)
             if other is None:
                 message = "the working mode asked for does not exist at the pose of the guess"
-                return self._fail("wrong_mode", message, count)
+                return self._fail("wrong_mode", message)
             start = other
-        if self._same_mode(start):
-            tracked = follow(self._line(target, start), system, start)
-            count += tracked.iterations
-            if tracked.arrived:
-                q = tracked.q
-                wrap_towards(mechanism, q, start, self.free)
-                if self._accept(q, start, strict=False):
-                    return self._finish(q, count)
-        if separates(mechanism):
-            alone = alone or self._by_limb(target, start, count)
-            # The labels of overconstrained limbs do not tell every branch apart: where the
-            # continuation did not get through, a solution found otherwise may be on another.
-            if self.trusted or tracked is None:
+        tracked = follow(self._line(target, start), self.system, start)
+        self._count += tracked.iterations
+        if tracked.arrived:
+            q = tracked.q
+            wrap_towards(self.mechanism, q, start, self.free)
+            if self._same_mode(q):
+                beyond = limit_breaches(self.mechanism, q) if self.limits else []
+                if beyond:
+                    return self._fail("limit", f"needs {beyond[0]} {self._at(target)}")
+                return self._finish(q)
+        if self.labels.fixes_platform:
+            alone = self._by_limb(target, start)
+            if alone.status in ("unreachable", "limit"):
                 return alone
-            if not alone.success and not (tracked.singular and alone.status == "not_converged"):
-                return alone
-        if tracked is not None and tracked.arrived and self.limits:
-            beyond = limit_breaches(mechanism, tracked.q)
-            if beyond:
-                return self._fail("limit", f"needs {beyond[0]} {self._at(target)}", count)
-        if tracked is not None and tracked.singular:
-            return self._singular(tracked, count, target)
-        return self._search(target, start, count)
+        missing = self._search(target, start)
+        if missing is not None:
+            return missing
+        if tracked.singular:
+            return self._singular(tracked, target)
+        return self._fail(
+            "not_converged",
+            "a configuration exists, but the straight way to it from the guess does not stay "
+            f"on one branch {self._at(target)}; give a guess nearer to it",
+        )
 
-    def _singular(self, tracked: Tracked, count: int, target: Array) -> Solution:
+    def _singular(self, tracked: Tracked, target: Array) -> Solution:
         if tracked.s == 0.0:
             message = (
                 "the guess is at a singularity, where the branches meet: it does not say on which "
@@ -169,7 +188,7 @@ class InverseSolver:
                 f"{limb_of(mechanism, loose)} {100 * tracked.s:.4g} % of the way, at {place}; the "
                 "branches meet there"
             )
-        return self._fail("singular", message, count)
+        return self._fail("singular", message)
 
     def _given(self, target: Array) -> Solution:
         """Where the outputs are all joints there are: do they close the loops?"""
@@ -177,9 +196,9 @@ class InverseSolver:
         q[self.held] = target
         size = float(np.linalg.norm(self.system.evaluate(q)))
         if size <= CLOSED * self.mechanism.length:
-            return self._finish(q, 0, quick=True)
+            return self._finish(q, quick=True)
         message = f"the loops are not closed: {1e3 * size:.4g} mm apart {self._at(target)}"
-        return self._fail("unreachable", message, 0)
+        return self._fail("unreachable", message)
 
     def _problem(self, target: Array) -> Problem:
         if self.joints:
@@ -195,78 +214,123 @@ class InverseSolver:
         return PoseLine(self.mechanism, pose, pose_of(self.mechanism, target))
 
     def _same_mode(self, q: Array) -> bool:
-        if not labelled(self.mechanism):
-            return True
         self.system.evaluate(q)
-        return bool((determinants(self.mechanism, self.system) * self.signs >= 0).all())
+        return agrees(self.mechanism, self.signs, q, self.system.data)
 
-    def _wanted(self) -> list[tuple[Block, float | None, float]]:
-        """Every block with the determinant sign that it should have, and its size at home."""
-        mechanism = self.mechanism
-        known = {
-            block.limb: (block, sign, size)
-            for block, sign, size in zip(
-                labelled(mechanism), self.signs, home_determinants(mechanism), strict=True
+    def _accept(self, q: Array, start: Array) -> bool:
+        """Labels of a q that closes, and its limits: within them no passive joint has flipped."""
+        wrap_towards(self.mechanism, q, start, self.free)
+        if limit_breaches(self.mechanism, q):
+            return False
+        return self._same_mode(q)
+
+    def _limbs(self, q: Array, pose: Pose) -> tuple[Array, list[tuple[str, str]]]:
+        """q with all limbs solved for a platform pose, and (status, message) of those that fail."""
+        troubles = []
+        for block in blocks(self.mechanism):
+            solver = LimbSolver(
+                self.mechanism,
+                self.system,
+                block,
+                self.signs,
+                self.limits,
+                pose if block.carries else None,
             )
-        }
-        return [known.get(block.limb, (block, None, 1.0)) for block in blocks(mechanism)]
+            answer = solver.solve(q)
+            self._count += answer.iterations
+            if answer.values is None:
+                troubles.append((answer.status, answer.message))
+                if answer.placed is not None:
+                    q[block.free] = answer.placed
+                elif block.carries:
+                    break  # the other limbs hang on a platform that is not in its place
+            else:
+                q[block.free] = answer.values
+        return q, troubles
 
     def _remode(self, start: Array) -> Array | None:
         """The start with the platform where it is and the limbs in the mode wanted, or None."""
         pin.forwardKinematics(self.mechanism.model, self.system.data, start)
         frame = self.mechanism.platform_frame
         pose = Pose(self.system.data.oMi[frame.joint] * frame.placement, True, True)
-        q = start.copy()
-        for block, sign, size in self._wanted():
-            answer = solve_limb(
-                self.mechanism,
-                self.system,
-                block,
-                q,
-                sign=sign,
-                home_determinant=size,
-                limits=False,
-                pose=pose if block.carries else None,
-            )
-            if answer.values is None:
-                return None
-            q[block.free] = answer.values
-        return q
+        limits, self.limits = self.limits, False
+        try:
+            q, troubles = self._limbs(start.copy(), pose)
+        finally:
+            self.limits = limits
+        return None if troubles or not blocks(self.mechanism) else q
 
-    def _accept(self, q: Array, start: Array, *, strict: bool) -> bool:
-        """Limits and mode. ``strict`` also asks for the limits when they are turned off: within
-        them passive joints cannot be flipped, which a determinant cannot see."""
-        wrap_towards(self.mechanism, q, start, self.free)
-        if (self.limits or strict) and limit_breaches(self.mechanism, q):
-            return False
-        return self._same_mode(q)
-
-    def _by_limb(self, target: Array, start: Array, count: int) -> Solution:
+    def _by_limb(self, target: Array, start: Array) -> Solution:
+        """Each limb by itself, where the outputs fix the platform."""
         q = start.copy()
-        q[self.held] = target
-        troubles = []
-        for block, sign, size in self._wanted():
-            answer = solve_limb(
-                self.mechanism,
-                self.system,
-                block,
-                q,
-                sign=sign,
-                home_determinant=size,
-                limits=self.limits,
-            )
-            count += answer.iterations
-            if answer.values is None:
-                troubles.append(answer)
-            else:
-                q[block.free] = answer.values
+        if self.joints:
+            q[self.held] = target
+        pin.forwardKinematics(self.mechanism.model, self.system.data, q)
+        frame = self.mechanism.platform_frame
+        place = self.system.data.oMi[frame.joint] * frame.placement
+        if not self.joints:
+            wanted = pose_of(self.mechanism, target).target
+            place = platform_target(self.mechanism, wanted, self.system.data)
+        q, troubles = self._limbs(q, Pose(place, True, True))
         if troubles:
-            order = ("unreachable", "limit", "wrong_mode", "not_converged")
-            worst = min(troubles, key=lambda a: order.index(a.status))
-            reasons = "; ".join(a.message for a in troubles if a.status == worst.status)
-            return self._fail(worst.status, f"{reasons} {self._at(target)}", count)
+            order = ("unreachable", "singular", "limit", "wrong_mode", "not_converged")
+            worst = min((status for status, _ in troubles), key=order.index)
+            reasons = "; ".join(text for status, text in troubles if status == worst)
+            return self._fail(worst, f"{reasons} {self._at(target)}")
         self.system.evaluate(q)
-        return self._finish(q, count)
+        return self._finish(q)
+
+    def _by_roots(self, target: Array, start: Array) -> Solution:
+        """All limbs together, from the roots of their equations, where the outputs leave part of
+        the platform's pose open."""
+        mechanism, system = self.mechanism, self.system
+        q = start.copy()
+        if self.joints:
+            q[self.held] = target
+        for equation, sign in zip(self.labels.equations, self.signs, strict=True):
+            pin.forwardKinematics(mechanism.model, system.data, q)
+            terms = equation.expand(q[None], self._poses(target))
+            wanted = float(sign) or float(self.labels.home[self.labels.equations.index(equation)])
+            step = float(equation.roots(terms, wanted)[0])
+            if np.isnan(step) and float(equation.shortfall(terms)[0]) > HOLDS:
+                return self._search(target, start, equation.limb) or self._unsure(target)
+            q[equation.coordinate] += 0.0 if np.isnan(step) else step
+        labelled = set(self.labels.coordinates.tolist())
+        rest = np.array([k for k in self.free if k not in labelled], dtype=int)
+        problem, beyond, mode = self._problem(target), "", False
+        for values in starts(mechanism, rest, q[rest], _STARTS, limits=self.limits):
+            trial = q.copy()
+            trial[rest] = values
+            run = newton(problem, system, trial, iterations=40)
+            self._count += run.iterations
+            if not run.converged or close(mechanism, trial, system.data)[0] is None:
+                continue
+            wrap_towards(mechanism, trial, start, self.free)
+            if not self._same_mode(trial):
+                mode = True
+                continue
+            breaches = limit_breaches(mechanism, trial) if self.limits else []
+            if not breaches:
+                return self._finish(trial)
+            beyond = breaches[0]
+        if beyond:
+            return self._fail("limit", f"needs {beyond} {self._at(target)}")
+        if mode:
+            message = f"this pose is reached only in another working mode {self._at(target)}"
+            return self._fail("wrong_mode", message)
+        return self._search(target, start) or self._unsure(target)
+
+    def _poses(self, target: Array) -> Poses:
+        """Poses of the bodies last placed, with the platform where the target has it."""
+        plain = poses_at(self.system.data)
+        if self.joints:
+            return plain
+        frame = self.mechanism.platform_frame
+        wanted = pose_of(self.mechanism, target).target
+        place = platform_target(self.mechanism, wanted, self.system.data)
+        body = place * frame.placement.inverse()
+        kept = body.rotation[None], body.translation[None]
+        return lambda joint: kept if joint == frame.joint else plain(joint)
 
     def _outside(self, target: Array) -> list[str]:
         """Outputs that are beyond the limits of their own joints."""
@@ -274,36 +338,40 @@ class InverseSolver:
         q[self.held] = target
         return limit_breaches(self.mechanism, q)
 
-    def _search(self, target: Array, start: Array, count: int) -> Solution:
-        """Where limbs do not separate: is there any configuration at all?"""
+    def _search(self, target: Array, start: Array, limb: str = "") -> Solution | None:
+        """A refusal if there is no closed configuration at all, as far as searches can tell."""
         problem = self._problem(target)
         q = start.copy()
         if self.joints:
             q[self.held] = target
         short = nearest_approach(self.mechanism, self.system, problem, q)
         if short <= 1e-9:
-            return self._fail(
-                "not_converged",
-                "a configuration exists, but the straight way to it from the guess does not stay "
-                f"on one branch {self._at(target)}; give a guess nearer to it",
-                count,
-            )
-        message = f"the loops cannot be closed: {1e3 * short:.4g} mm apart {self._at(target)}"
-        return self._fail("unreachable", message, count)
+            return None
+        what = f"limb {limb} cannot reach: the loops" if limb else "the loops cannot be closed:"
+        what += " stay" if limb else ""
+        return self._fail("unreachable", f"{what} {1e3 * short:.4g} mm apart {self._at(target)}")
 
-    def _finish(self, q: Array, count: int, *, quick: bool = False) -> Solution:
+    def _unsure(self, target: Array) -> Solution:
+        message = f"no configuration was found in this working mode {self._at(target)}"
+        return self._fail("not_converged", message)
+
+    def _finish(self, q: Array, *, quick: bool = False) -> Solution:
         state, reason = close(self.mechanism, q, self.system.data)
         if state is None:
-            return self._fail("not_converged", reason, count)
-        if self.trusted:
-            state.__dict__["_signs"] = self.signs
+            return self._fail("not_converged", reason)
+        if not quick and (loose := undetermined_limbs(self.mechanism, q, self.system.data)):
+            return self._fail(
+                "singular",
+                f"type 1 singularity of limb {', '.join(loose)}: the outputs do not determine "
+                "where it is",
+            )
         message = CONVERGED if quick else self._converged(q)
-        return Solution(True, "ok", message, state.residual, count, state)
+        return Solution(True, "ok", message, state.residual, self._count, state)
 
     def _converged(self, q: Array) -> str:
         """CONVERGED, or which limbs are where two working modes meet."""
         self.system.evaluate(q)
-        meeting = meeting_limbs(self.mechanism, self.system)
+        meeting = meeting_limbs(self.mechanism, q, self.system)
         if not meeting:
             return CONVERGED
         return (
@@ -311,9 +379,8 @@ class InverseSolver:
             "determined to first order there"
         )
 
-    def _fail(self, status: str, message: str, count: int) -> Solution:
-        residual = float(np.linalg.norm(self.system.residual)) / self.mechanism.length
-        return Solution(False, as_status(status), message, residual, count, None)
+    def _fail(self, status: str, message: str) -> Solution:
+        return Solution(False, as_status(status), message, np.nan, self._count, None)
 
     def _at(self, target: Array) -> str:
         return "at " + describe(self.mechanism, target)
@@ -323,8 +390,8 @@ def _quick(mechanism: Mechanism, system: ClosureSystem) -> Warm:
     """The lean solver for a start near the answer; kept with the scratch memory."""
     quick = system.kit.get("inverse")
     if quick is None:
-        parts, held = labelled(mechanism), np.array(mechanism.outputs.coordinates)
-        quick = Warm(mechanism, system, parts, held, home_signs(mechanism), labelled=True)
+        held, signs = np.array(mechanism.outputs.coordinates), labels(mechanism).home
+        quick = Warm(mechanism, system, held, signs=signs, labelled=True)
         quick.remember_home(mechanism.home.q)
         system.kit["inverse"] = quick
     return quick

@@ -1,13 +1,30 @@
-"""Solving one limb at a time with the outputs held: all its inverse solutions, or how far it is
-from having one."""
+"""Solving one limb at a time with the platform held: where it is in a working mode, or why not.
+
+The limb's equation (:mod:`pinmech.kinematics.limbequation`) gives the actuator at once, or says
+that there is no value for it. What is left are passive joints, for which Newton is started from
+where they are and from random values.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import islice, product
+from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
-from pinmech.kinematics.branch import Block, determinant
+from pinmech.kinematics.blocks import Block
+from pinmech.kinematics.labels import Labels, labels
+from pinmech.kinematics.limbequation import (
+    HOLDS,
+    Expansion,
+    LimbEquation,
+    Poses,
+    poses_at,
+    undetermined,
+)
 from pinmech.kinematics.solver import (
     Pose,
     Problem,
@@ -17,6 +34,7 @@ from pinmech.kinematics.solver import (
     newton,
     wrap_towards,
 )
+from pinmech.kinematics.starts import starts
 from pinmech.mechanism.closures import ClosureSystem, relative_placement, sense_fault
 from pinmech.mechanism.mechanism import Mechanism
 
@@ -26,8 +44,8 @@ _STARTS = 24
 _MINIMA = 8
 #: After so many starts without any solution it is asked whether there is one at all.
 _DOUBTFUL = 2
-#: A determinant this much smaller than at home belongs to both modes, which meet there.
-_MEETING = 1e-5
+#: A slope smaller than this belongs to both modes, which meet there.
+_BOTH = 1e-5
 
 
 @dataclass(frozen=True)
@@ -35,11 +53,13 @@ class LimbAnswer:
     """What a search for one limb found.
 
     Attributes:
-        status: ``ok``, ``unreachable``, ``wrong_mode``, ``limit`` or ``not_converged``.
+        status: ``ok``, ``unreachable``, ``singular``, ``wrong_mode``, ``limit`` or
+            ``not_converged``.
         message: the reason when it is not ok, without the pose.
         values: (n_free,) values of the limb's free coordinates, None when not ok.
         iterations: linear systems solved.
         short: by how much the limb falls short when ``unreachable`` [m], else 0.
+        placed: (n_free,) values beyond the limits that would do when ``limit``, else None.
     """
 
     status: str
@@ -47,134 +67,292 @@ class LimbAnswer:
     values: Array | None
     iterations: int
     short: float = 0.0
+    placed: Array | None = None
 
 
-def starts(
-    mechanism: Mechanism, free: Array, centre: Array, count: int, *, limits: bool = True
-) -> Array:
-    """(count, n_free) start values: the centre first, then spread within the limits, or half a
-    turn or two characteristic lengths to each side where there is none. Always the same ones.
-
-    Without ``limits`` those of the actuators do not count; those of passive joints still do: they
-    keep the search on the side of their locks that was drawn.
-    """
-    reach = np.where(mechanism.revolving[free], np.pi, 2.0 * mechanism.length)
-    kept = np.full(len(free), limits) | ~np.isin(free, mechanism.actuator_coordinates)
-    low = np.where(kept, np.maximum(mechanism.lower[free], centre - reach), centre - reach)
-    high = np.where(kept, np.minimum(mechanism.upper[free], centre + reach), centre + reach)
-    spread = np.random.default_rng(20160127).uniform(size=(count - 1, len(free)))
-    return np.vstack([centre, low + spread * (high - low)])
+class _UndeterminedError(Exception):
+    """An equation does not depend on its coordinate here."""
 
 
-def solve_limb(
-    mechanism: Mechanism,
-    system: ClosureSystem,
-    block: Block,
-    q: Array,
-    *,
-    sign: float | None,
-    home_determinant: float,
-    limits: bool,
-    pose: Pose | None = None,
-) -> LimbAnswer:
-    """The limb's solution in the working mode of the given determinant sign.
+class _Beyond(NamedTuple):
+    over: tuple[float, float]  # how far passive joints, and all joints, are beyond their limits
+    text: str
+    values: Array
 
-    Args:
+
+@dataclass
+class LimbSolver:
+    """One limb with the platform held.
+
+    Attributes:
+        mechanism, system: the mechanism, and scratch memory.
         block: the limb's rows and free coordinates.
-        q: (nq,) with the outputs held and everything else as a guess.
-        sign: determinant sign asked for, None when the limb has no label.
-        home_determinant: size of the determinant at home, for comparison.
+        signs: (n_equations,) signs of all the mechanism's labels.
         limits: whether joint limits count.
         pose: for the limb that carries the platform where its joints are no outputs: the pose
             that the platform keeps.
     """
-    if len(block.free) == 0:
-        return LimbAnswer("ok", "", np.zeros(0), 0)
-    problem = Problem(mechanism, block.free, rows=block.rows, pose=pose)
-    count, beyond, elsewhere, turned = 0, "", False, False
-    meeting: Array | None = None
-    spare: tuple[tuple[float, float], Array] | None = None
-    converged = False
-    tried = starts(mechanism, block.free, q[block.free], _STARTS, limits=limits)
-    for number, start in enumerate(tried):
-        if number == _DOUBTFUL and not converged:
-            short, steps = _shortfall(problem, system, q, tried[:_MINIMA])
-            count += steps
-            if short > 1e-9:
-                message = f"limb {block.limb} cannot reach: {1e3 * short * problem.length:.4g} mm"
-                size = short * problem.length
-                return LimbAnswer("unreachable", f"{message} short", None, count, size)
-        trial = q.copy()
-        trial[block.free] = start
-        run = newton(problem, system, trial, iterations=40)
-        count += run.iterations
-        if not run.converged:
-            continue
-        converged = True
-        if _turned_round(mechanism, system, block):
-            turned = True
-            continue
-        wrap_towards(mechanism, trial, q, block.free)
-        breaches = limit_breaches_of(mechanism, trial, block.free)
-        found = determinant(mechanism, system, block) if sign is not None else 0.0
-        if sign is not None and found * sign < -_MEETING * abs(home_determinant):
-            # Beyond the limits, a flipped passive joint may change the sign: no statement then.
-            elsewhere = elsewhere or not breaches
-            continue
-        if breaches and limits:
-            beyond = breaches[0]
-            continue
-        if breaches:
-            # A passive chain that has flipped through its lock has a determinant of the other
-            # sign: of the solutions beyond the limits take the one that is least so.
-            over = _beyond(mechanism, trial, block.free)
-            if spare is None or over < spare[0]:
-                spare = over, trial[block.free]
-            continue
-        if sign is not None and found * sign < 0.0:
-            # Barely in the other mode: good enough only if no start does better.
-            meeting = trial[block.free] if meeting is None else meeting
-            continue
-        return LimbAnswer("ok", "", trial[block.free], count)
-    if meeting is not None:
-        return LimbAnswer("ok", "", meeting, count)
-    if spare is not None:
-        return LimbAnswer("ok", "", spare[1], count)
-    if beyond:
-        return LimbAnswer("limit", f"limb {block.limb} would need {beyond}", None, count)
-    if elsewhere:
-        message = f"limb {block.limb} reaches this pose only in its other working mode"
-        return LimbAnswer("wrong_mode", message, None, count)
-    if turned:
-        message = f"limb {block.limb} was found closed only with the axes of a joint turned round"
-        return LimbAnswer("not_converged", message, None, count)
-    # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
-    message = f"limb {block.limb} is on the edge of its reach and did not converge"
-    return LimbAnswer("not_converged", message, None, count)
+
+    mechanism: Mechanism
+    system: ClosureSystem
+    block: Block
+    signs: Array
+    limits: bool
+    pose: Pose | None = None
+    iterations: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        known: Labels = labels(self.mechanism)
+        self._equations = [
+            (equation, float(sign))
+            for equation, sign in zip(known.equations, self.signs, strict=True)
+            if equation.limb == self.block.limb
+        ]
+        self._problem = Problem(
+            self.mechanism, self.block.free, rows=self.block.rows, pose=self.pose
+        )
+
+    def solve(self, q: Array) -> LimbAnswer:
+        """The limb in the mode of the signs; ``q`` (nq,) has the outputs held, the platform in its
+        place as far as it does not hang on this limb, and everything else as a guess."""
+        if self.block.empty:
+            return LimbAnswer("ok", "", np.zeros(0), 0)
+        refusal: LimbAnswer | None = None
+        wanted = self._equations
+        for signs in product(*(self._choices(equation, sign) for equation, sign in wanted)):
+            self._equations = [(e, s) for (e, _), s in zip(wanted, signs, strict=True)]
+            answer = self._solve(q)
+            if answer.values is not None:
+                return answer
+            refusal = refusal or answer
+        assert refusal is not None
+        return refusal
+
+    def _choices(self, equation: LimbEquation, sign: float) -> tuple[float, ...]:
+        """The signs that will do: any where none is asked for, that of home first."""
+        known = labels(self.mechanism)
+        home = float(known.home[known.equations.index(equation)])
+        return (sign,) if sign else (home, -home)
+
+    def _solve(self, q: Array) -> LimbAnswer:
+        block = self.block
+        try:
+            guess, rootless = self._rooted(q)
+        except _UndeterminedError as loose:
+            return self._fail("singular", str(loose))
+        if rootless:
+            return self._refusal(q, guess)
+        meeting: Array | None = None
+        beyond: _Beyond | None = None
+        found, turned = False, False
+        for number, trial in enumerate(self._starts(guess)):
+            if number == _DOUBTFUL and not (found or self._equations):
+                answer = self._refusal(q, guess)
+                if answer.status != "not_converged":
+                    return answer
+            if not self._close(trial):
+                continue
+            found = True
+            if self._turned_round():
+                turned = True
+                continue
+            agreement = self._agreement(trial)
+            if agreement < -_BOTH:
+                continue
+            wrap_towards(self.mechanism, trial, q, block.free)
+            breaches = limit_breaches_of(self.mechanism, trial, block.free)
+            if breaches:
+                # Of the solutions beyond limits the one that is least so: first of all, it should
+                # not have a passive joint flipped through its lock.
+                over = _beyond(self.mechanism, trial, block.free)
+                if beyond is None or over < beyond.over:
+                    beyond = _Beyond(over, breaches[0], trial[block.free])
+            elif agreement < 0.0:
+                # Barely in the other mode: good enough only if no start does better.
+                meeting = trial[block.free] if meeting is None else meeting
+            else:
+                return self._ok(trial[block.free])
+        if meeting is not None:
+            return self._ok(meeting)
+        if beyond is not None and not self.limits:
+            return self._ok(beyond.values)
+        if beyond is not None:
+            message = f"limb {block.limb} would need {beyond.text}"
+            return LimbAnswer("limit", message, None, self.iterations, placed=beyond.values)
+        if not found:
+            return self._refusal(q, guess)
+        if self._in_another_mode(q):
+            return self._fail("wrong_mode", f"limb {block.limb} {_ELSEWHERE}")
+        if turned:
+            message = "was found closed only with the axes of a joint turned round"
+            return self._fail("not_converged", f"limb {block.limb} {message}")
+        # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
+        message = f"limb {block.limb} is on the edge of its reach and did not converge"
+        return self._fail("not_converged", message)
+
+    def _refusal(self, q: Array, guess: Array) -> LimbAnswer:
+        """Why there is no solution: another mode has one, or none has."""
+        if self._in_another_mode(q):
+            return self._fail("wrong_mode", f"limb {self.block.limb} {_ELSEWHERE}")
+        return self._unreachable(guess)
+
+    def _in_another_mode(self, q: Array) -> bool:
+        """True when the limb closes with other signs of its labels."""
+        wanted = self._equations
+        try:
+            for signs in product((1.0, -1.0), repeat=len(wanted)):
+                if all(sign == 1.0 for sign in signs):
+                    continue
+                self._equations = [(e, s * f) for (e, s), f in zip(wanted, signs, strict=True)]
+                try:
+                    guess, rootless = self._rooted(q)
+                except _UndeterminedError:
+                    return False
+                if rootless:
+                    continue
+                for trial in islice(self._starts(guess), _FEW):
+                    closes = self._close(trial) and not self._turned_round()
+                    if closes and self._agreement(trial) >= -_BOTH:
+                        return True
+        finally:
+            self._equations = wanted
+        return False
+
+    def _poses(self) -> Poses:
+        """Poses of the bodies, with the platform where it shall be."""
+        plain = poses_at(self.system.data)
+        if self.pose is None:
+            return plain
+        frame = self.mechanism.platform_frame
+        place: pin.SE3 = self.pose.target * frame.placement.inverse()
+        kept = place.rotation[None], place.translation[None]
+        return lambda body: kept if body == frame.joint else plain(body)
+
+    def _rooted(self, q: Array) -> tuple[Array, bool]:
+        """q with the labelled coordinates at their roots, and whether one of them has none of the
+        sign wanted; then it is as near as it gets.
+
+        Raises:
+            _UndeterminedError: one of them may have any value.
+        """
+        out = q.copy()
+        for equation, sign in self._equations:
+            self.system.evaluate(out)
+            terms = equation.expand(out[None], self._poses())
+            if undetermined(terms):
+                raise _UndeterminedError(
+                    f"type 1 singularity of limb {self.block.limb}: the outputs do not determine "
+                    "where it is"
+                )
+            step = float(equation.roots(terms, sign)[0])
+            if np.isnan(step):
+                out[equation.coordinate] += _nearest_step(equation, terms)
+                # On the edge of reach a root is lost to rounding: look before giving up.
+                if float(equation.shortfall(terms)[0]) > HOLDS or _one_root(equation, terms):
+                    return out, True
+            else:
+                out[equation.coordinate] += step
+        wrap_towards(self.mechanism, out, q, self.block.free)
+        return out, False
+
+    def _starts(self, guess: Array) -> Iterator[Array]:
+        """Guesses: the labelled coordinates at their roots, the others spread."""
+        block = self.block
+        centre, half = guess[block.free], _STARTS // 2
+        within = starts(self.mechanism, block.free, centre, half, limits=self.limits)
+        beyond = starts(self.mechanism, block.free, centre, half, limits=None)
+        for values in (*within, *beyond[1:]):
+            trial = guess.copy()
+            trial[block.free] = values
+            for equation, _ in self._equations:
+                trial[equation.coordinate] = guess[equation.coordinate]
+            yield trial
+
+    def _close(self, trial: Array) -> bool:
+        """Newton in place: first the passive joints, with the labelled ones held, then all."""
+        labelled = [equation.coordinate for equation, _ in self._equations]
+        rest = np.array([k for k in self.block.free if k not in labelled], dtype=int)
+        if labelled and len(rest):
+            problem = Problem(self.mechanism, rest, rows=self.block.rows, pose=self.pose)
+            run = newton(problem, self.system, trial, iterations=40)
+            self.iterations += run.iterations
+            if not run.residual < _NEARLY:
+                return False
+        run = newton(self._problem, self.system, trial, iterations=40)
+        self.iterations += run.iterations
+        return run.converged
+
+    def _agreement(self, q: Array) -> float:
+        """The least slope times the sign that it should have; _OFF where an equation does not
+        hold."""
+        least = 1.0
+        for equation, sign in self._equations:
+            slope, off = equation.read(q, self.system.data)
+            least = min(least, slope * sign if abs(off) < HOLDS else _OFF)
+        return least
+
+    def _turned_round(self) -> bool:
+        """True when the limb closes with two axes in opposite directions, as no real joint does."""
+        loops = self.mechanism.limbs[self.block.limb].loops
+        return any(
+            sense_fault(loop, relative_placement(loop, self.system.data)) is not None
+            for loop in (self.mechanism.loops[name] for name in loops)
+        )
+
+    def _unreachable(self, guess: Array) -> LimbAnswer:
+        """How far the limb is from closing; status ``not_converged`` when it does close."""
+        problem, block = self._problem, self.block
+        # With the labelled joint as near as it gets, few starts are enough.
+        count = 2 if self._equations else _MINIMA
+        tried = starts(self.mechanism, block.free, guess[block.free], _MINIMA, limits=None)
+        best, closest = np.inf, guess
+        for values in tried[:count]:
+            trial = guess.copy()
+            trial[block.free] = values
+            left = minimise(problem, self.system, trial, iterations=60, stall=1e-4)
+            self.iterations += 1
+            if left < best:
+                best, closest = left, trial
+            if left <= 1e-9:
+                break
+        short = nearest(problem, self.system, closest) * problem.length if best > 1e-9 else 0.0
+        if short > 1e-9 * problem.length:
+            message = f"limb {block.limb} cannot reach: {1e3 * short:.4g} mm short"
+            return LimbAnswer("unreachable", message, None, self.iterations, short)
+        self.system.evaluate(closest)
+        if self._equations and (self._turned_round() or self._agreement(closest) == _OFF):
+            message = "could close only with an axis turned round or links crossed over"
+            return self._fail("unreachable", f"limb {block.limb} {message}")
+        return self._fail("not_converged", f"limb {block.limb} was not found in this mode")
+
+    def _ok(self, values: Array) -> LimbAnswer:
+        return LimbAnswer("ok", "", values, self.iterations)
+
+    def _fail(self, status: str, message: str) -> LimbAnswer:
+        return LimbAnswer(status, message, None, self.iterations)
 
 
-def _turned_round(mechanism: Mechanism, system: ClosureSystem, block: Block) -> bool:
-    """True when the limb closes with two axes in opposite directions, as no real joint does."""
-    return any(
-        sense_fault(loop, relative_placement(loop, system.data)) is not None
-        for loop in (mechanism.loops[name] for name in mechanism.limbs[block.limb].loops)
-    )
+_ELSEWHERE = "reaches this pose only in another working mode"
+#: Starts that are enough to see whether another mode closes.
+_FEW = 3
+#: Agreement of a configuration in which an equation does not hold.
+_OFF = -np.inf
+#: Scaled residual from which the labelled joint, so far held by an equation whose constant has the
+#: rounding of home, may join in.
+_NEARLY = 1e-6
 
 
-def _shortfall(
-    problem: Problem, system: ClosureSystem, q: Array, tried: Array
-) -> tuple[float, int]:
-    """How near the limb comes to closing (scaled), and how many searches that took."""
-    best, closest = np.inf, q
-    for number, start in enumerate(tried):
-        trial = q.copy()
-        trial[problem.free] = start
-        left = minimise(problem, system, trial, iterations=60, stall=1e-4)
-        if left <= 1e-9:
-            return 0.0, number + 1
-        if left < best:
-            best, closest = left, trial
-    return nearest(problem, system, closest), len(tried)
+def _nearest_step(equation: LimbEquation, terms: Expansion) -> float:
+    """The step of the labelled coordinate to where its equation comes nearest to a root."""
+    a, b, c = (float(x[0]) for x in terms)
+    if equation.revolute:
+        return float(np.arctan2(b, a)) + (np.pi if c > 0.0 else 0.0)
+    return -b / (2.0 * a) if a else 0.0
+
+
+def _one_root(equation: LimbEquation, terms: Expansion) -> bool:
+    """True when the equation has one root only, of the other sign."""
+    return not equation.revolute and not terms.a.any()
 
 
 def _beyond(mechanism: Mechanism, q: Array, coordinates: Array) -> tuple[float, float]:

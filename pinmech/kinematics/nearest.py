@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pinmech.kinematics.limbsolve import starts
 from pinmech.kinematics.solver import Problem, minimise, nearest, newton
+from pinmech.kinematics.starts import starts
 from pinmech.kinematics.state import close
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism

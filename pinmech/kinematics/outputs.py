@@ -33,6 +33,16 @@ def pose_of(mechanism: Mechanism, target: Array) -> Pose:
     return Pose(placement, kind != "orientation", kind != "translation")
 
 
+def pose_held(mechanism: Mechanism, data: pin.Data) -> Pose | None:
+    """The pose outputs as they are in ``data``; None when outputs are joints."""
+    kind = mechanism.outputs.kind
+    if kind == "joints":
+        return None
+    frame = mechanism.platform_frame
+    placement = data.oMi[frame.joint] * frame.placement
+    return Pose(placement, kind != "orientation", kind != "translation")
+
+
 def output_rows(mechanism: Mechanism, q: Array, valid: Array) -> Array:
     """(N, n_out) output values [rad, m] of closed rows q (N, nq); NaN where not valid."""
     if mechanism.outputs.kind == "joints":

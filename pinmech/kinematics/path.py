@@ -13,15 +13,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pinmech.kinematics.arguments import LARGEST, guess_state, matrix, numbers, sensible
-from pinmech.kinematics.branch import fully_labelled, labelled, wanted_signs
 from pinmech.kinematics.forward import CONSISTENT, ForwardSolver
 from pinmech.kinematics.inverse import InverseSolver
+from pinmech.kinematics.labels import wanted_signs
 from pinmech.kinematics.outputs import output_rows
 from pinmech.kinematics.solution import CONVERGED, Path, Solution
 from pinmech.kinematics.state import ClosedState
 from pinmech.kinematics.tracking import LONGEST_MOVE
-from pinmech.kinematics.warm import Warm, whole
-from pinmech.mechanism.closures import ClosureSystem
+from pinmech.kinematics.warm import Warm, forward_warm, inverse_warm
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
@@ -68,13 +67,7 @@ def inverse_path(
     signs = wanted_signs(mechanism, mode, start)
     with mechanism.scratch() as system:
         solver = InverseSolver(mechanism, system, signs, limits=limits)
-        warm = None
-        if mechanism.outputs.kind == "joints" and fully_labelled(mechanism):
-            held = np.array(mechanism.outputs.coordinates)
-            # Without limits a passive joint may flip, which the signs cannot see.
-            warm = Warm(mechanism, system, labelled(mechanism), held, signs, labelled=limits)
-        elif solver.square:
-            warm = _whole(mechanism, system, solver.held, start.q)
+        warm = inverse_warm(mechanism, system, signs, start.q)
         runner = _Runner(mechanism, targets, limits=limits, progress=progress)
         return runner.run(warm, solver.solve, targets, start.q, targets)
 
@@ -115,12 +108,10 @@ def forward_path(
     start = guess_state(mechanism, guess)
     with mechanism.scratch() as system:
         solver = ForwardSolver(mechanism, system, names, limits=limits, tolerance=tolerance)
-        warm = None
         subset = solver.best_subset(start.q)
         chosen = list(subset) if subset is not None else list(range(len(names)))
         held = solver.coordinates[chosen]
-        if subset is not None and system.rows + len(held) == mechanism.model.nv:
-            warm = _whole(mechanism, system, held, start.q)
+        warm = forward_warm(mechanism, system, held, start.q) if subset is not None else None
         wanted = solver.joint_values(targets)
         surplus = None
         if len(chosen) < len(names):
@@ -130,16 +121,6 @@ def forward_path(
 
         runner = _Runner(mechanism, targets, limits=limits, progress=progress, check=surplus)
         return runner.run(warm, solver.solve, targets, start.q, wanted[:, chosen])
-
-
-def _whole(mechanism: Mechanism, system: ClosureSystem, held: Array, q: Array) -> Warm | None:
-    """The lean solver on the branch of q, None where q is singular."""
-    warm = whole(mechanism, system, held)
-    found = warm.calibrate(q)
-    if found is None:
-        return None
-    warm.signs = np.sign(found)
-    return warm
 
 
 class _Runner:
@@ -268,7 +249,7 @@ class _Runner:
             return 0
         part = slice(rows.start, rows.start + len(diagonals))
         self.iterations[part], self.residual[part] = iterations, residuals
-        good = warm.agree(np.array(diagonals), pivots)
+        good = warm.agree(q[part], np.array(diagonals), pivots)
         if self.limits:
             low, high = self.mechanism.lower - 1e-9, self.mechanism.upper + 1e-9
             good &= ((q[part] >= low) & (q[part] <= high)).all(axis=1)

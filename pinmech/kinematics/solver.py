@@ -20,6 +20,8 @@ Array = np.ndarray
 
 #: Largest Newton step of any coordinate [rad, or in characteristic lengths].
 CLAMP = 0.5
+#: A step this long [rad, or in characteristic lengths] says that the matrix is all but singular.
+_WILD = 1e2
 #: Relative singular value below which a Newton step ignores a direction of the free coordinates.
 STEP_RANK = 1e-8
 
@@ -156,6 +158,11 @@ def newton(problem: Problem, system: ClosureSystem, q: Array, *, iterations: int
             x = least_squares(a, e)
         scaled = x if problem.plain else x * problem.weights
         step = max(scaled.max(), -scaled.min())
+        if not step <= _WILD and a.shape[0] == a.shape[1]:
+            # Nearly singular: without the directions that nothing determines.
+            x = least_squares(a, e)
+            scaled = x if problem.plain else x * problem.weights
+            step = max(scaled.max(), -scaled.min())
         if count == 0:
             first = step
         elif count == 1:

@@ -108,12 +108,13 @@ class ClosedState:
 
     @cached_property
     def mode(self) -> Mapping[str, int | None]:
-        """Working mode: limb name -> +1 or -1, the sign of its determinant relative to home.
+        """Working mode: limb name -> +1 or -1, which of its branches the limb is on relative to
+        home; a property of where its links are, however passive joints are counted or flipped.
 
-        None where the limbs do not separate, or where the sign is not defined for the limb.
-        See :mod:`pinmech.kinematics.branch`.
+        None where the limb has no label, or has left the branches of home for another kind (a
+        parallelogram that has crossed over). See :mod:`pinmech.kinematics.labels`.
         """
-        from pinmech.kinematics.branch import mode_of
+        from pinmech.kinematics.labels import mode_of
 
         return MappingProxyType(mode_of(self))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,8 +20,9 @@ Array = np.ndarray
 
 def closed_walks(
     mechanism: Mechanism, system: ClosureSystem, *, walks: int, steps: int, step: float
-) -> Iterator[Array]:
-    """Closed joint values (nq,), each with ``system`` evaluated there; home comes first.
+) -> Iterator[tuple[int, Array]]:
+    """How many steps from home, and closed joint values (nq,), with ``system`` evaluated there;
+    home comes first.
 
     Every walk starts at home and keeps its direction as far as the closures allow.
 
@@ -32,11 +34,11 @@ def closed_walks(
     scale = velocity_scale(mechanism)
     problem = Problem(mechanism, np.arange(mechanism.model.nv))
     system.evaluate(mechanism.home.q)
-    yield mechanism.home.q
+    yield 0, mechanism.home.q
     for _ in range(walks):
         q = mechanism.home.q.copy()
         heading = rng.normal(size=mechanism.model.nv)
-        for _ in range(steps):
+        for count in range(steps):
             system.evaluate(q)
             feasible = motions_at(mechanism, system).basis
             direction = feasible @ (feasible.T @ heading)
@@ -48,11 +50,39 @@ def closed_walks(
             if not run.converged or close(mechanism, ahead, system.data)[0] is None:
                 break
             q = ahead
-            yield q
+            yield count + 1, q
 
 
 @per_mechanism
 def nearby(mechanism: Mechanism) -> tuple[Array, ...]:
     """A dozen closed joint values (nq,) around home, home first."""
     with mechanism.scratch() as system:
-        return tuple(q.copy() for q in closed_walks(mechanism, system, walks=4, steps=3, step=0.08))
+        walks = closed_walks(mechanism, system, walks=4, steps=3, step=0.08)
+        return tuple(q.copy() for _, q in walks)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Closed states near home and far from it, joint limits left aside.
+
+    Attributes:
+        q: (N, nq) joint values [rad or m].
+        near: (N,) True for those within about a radian of home.
+    """
+
+    q: Array
+    near: Array
+
+
+@per_mechanism
+def samples(mechanism: Mechanism) -> Samples:
+    """A hundred closed states on long walks from home."""
+    with mechanism.scratch() as system:
+        found = [
+            (q.copy(), count * _STEP <= _NEAR)
+            for count, q in closed_walks(mechanism, system, walks=8, steps=14, step=_STEP)
+        ]
+    return Samples(np.array([q for q, _ in found]), np.array([near for _, near in found]))
+
+
+_STEP, _NEAR = 0.22, 0.9

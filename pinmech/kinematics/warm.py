@@ -1,7 +1,7 @@
 """The lean inner loop: Newton from a near neighbour, for square systems, on LAPACK directly.
 
-It accepts a pose only if Newton contracts and every determinant keeps the sign it should have;
-otherwise the caller asks the careful solver.
+It accepts a pose only if Newton contracts and the determinant keeps its sign, or, where labels tell
+every branch apart, if they are the right ones; otherwise the caller asks the careful solver.
 
 Only ``dgesv`` and ``dgetrs`` with one right side are used: OpenBLAS starts threads for more, which
 costs a thousand times the solve on a busy machine.
@@ -14,7 +14,7 @@ import math
 import numpy as np
 from scipy.linalg import lapack
 
-from pinmech.kinematics.branch import Block, SignReader
+from pinmech.kinematics.labels import LabelReader, agrees, labels
 from pinmech.kinematics.scaling import RANK
 from pinmech.kinematics.solver import CLAMP
 from pinmech.kinematics.state import CLOSED
@@ -28,6 +28,8 @@ Array = np.ndarray
 _STEPS = 8
 #: A determinant below this part of its size where calibrated is looked at again.
 _NEAR_SINGULAR = 1e-4
+#: A slope of a limb's equation below which two working modes are so near that it is looked again.
+_NEAR_MEETING = 1e-5
 #: Change of a held coordinate [rad or characteristic lengths] beyond which determinant signs alone
 #: do not tell the branch: a crank may have gone right round in between.
 _LONGEST_CHANGE = 1.0
@@ -37,13 +39,14 @@ _dgesv = lapack.dgesv
 class Warm:
     """Newton in place for one choice of held coordinates.
 
-    Where the signs tell every branch apart (``labelled``), Newton may take its time; where they
-    only tell an even number of crossings from an odd one, it must contract at once.
+    Where labels tell every branch apart, Newton may take its time; where only the sign of the
+    determinant is known, which tells an even number of crossings from an odd one, it must contract
+    at once.
 
     Attributes:
         held: indices of the held coordinates.
-        reader: reads the determinants.
-        signs: (n_blocks,) determinant signs that a pose must have.
+        labelled: True when the labels of a solution settle that it is the right one.
+        signs: (n_equations,) signs that the labels of a pose must have; None: labels do not count.
         iterations, residual: of the last solve; the residual is scaled.
         diagonal, pivots: of the factors of its last step.
     """
@@ -52,15 +55,14 @@ class Warm:
         self,
         mechanism: Mechanism,
         system: ClosureSystem,
-        parts: tuple[Block, ...],
         held: Array,
-        signs: Array,
         *,
+        signs: Array | None = None,
         labelled: bool = False,
     ) -> None:
         self.system, self.held, self.signs = system, held, signs
-        self.reader = SignReader(parts)
-        free = self.reader.free
+        self._mechanism = mechanism
+        free = np.setdiff1d(np.arange(mechanism.model.nv), held)
         # A slice is a view, a list of indices a copy.
         run = len(free) == free[-1] - free[0] + 1
         self._free = slice(int(free[0]), int(free[-1]) + 1) if run else free
@@ -71,7 +73,8 @@ class Warm:
         self.iterations, self.residual = 0, np.inf
         self.diagonal = self.pivots = np.zeros(0)
         self._bound = (CLOSED * mechanism.length) ** 2
-        self._least = 0.0
+        self._least, self._sign = 0.0, 1.0
+        self._reader = LabelReader(mechanism) if signs is not None else None
         self._factors: tuple[Array, Array, Array] | None = None
         self._home: tuple[Array, Array, Array] | None = None
 
@@ -116,13 +119,25 @@ class Warm:
         return False
 
     def solve(self, q: Array) -> bool:
-        """:meth:`newton`, and the determinants have the signs they should have."""
-        return self.newton(q) and bool(self.agree(self.diagonal[None], [self.pivots])[0])
+        """:meth:`newton`, and the labels are the right ones."""
+        if not self.newton(q):
+            return False
+        if self.signs is None:
+            return True
+        data = self.system.data
+        return agrees(self._mechanism, self.signs, q, data, least=_NEAR_MEETING)
 
-    def agree(self, diagonals: Array, pivots: list[Array]) -> Array:
-        """(N,) whether the determinants of N poses have the signs they should have."""
-        found = self.reader.read_many(diagonals, pivots) * self.signs
-        return found.min(axis=1) > self._least
+    def agree(self, q: Array, diagonals: Array, pivots: list[Array]) -> Array:
+        """(N,) whether N solutions q (N, nq), with diagonals (N, n) and pivots of their factors,
+        have the determinant sign and the labels that they should have."""
+        good = np.ones(len(q), dtype=bool)
+        if not self.labelled:
+            good &= determinants(diagonals, pivots) * self._sign > self._least
+        if self._reader is not None and self.signs is not None:
+            slopes, holds = self._reader.read(q)
+            right = (slopes * self.signs > _NEAR_MEETING) | (self.signs == 0.0)
+            good &= right.all(axis=1) & holds
+        return good
 
     def predict(self, q: Array, change: Array) -> float:
         """Move q (nq,) in place along the tangent at the last pose solved or calibrated, for a
@@ -143,22 +158,22 @@ class Warm:
         q[self._free] -= x
         return size
 
-    def calibrate(self, q: Array) -> Array | None:
-        """Take the factors at a closed q for the next prediction, and remember how small a
-        determinant may get before the careful solver is asked.
+    def calibrate(self, q: Array) -> bool:
+        """Take the factors at a closed q for the next prediction, its determinant sign as that of
+        the branch, and remember how small it may get before the careful solver is asked.
 
         Returns:
-            (n_blocks,) determinants at q, None when it is singular.
+            False when q is singular.
         """
         self.system.evaluate(q)
         k = self.system.jacobian()
         lu, pivots, _, info = lapack.dgesv(k[:, self._free], np.zeros(k.shape[0]))
         self._factors = (lu, pivots, k) if info == 0 else None
         diagonal = lu.diagonal()
-        found = self.reader.read(diagonal, pivots)
-        self._least = _NEAR_SINGULAR * float(np.abs(found).min())
+        found = float(determinants(diagonal[None], [pivots])[0])
+        self._sign, self._least = np.sign(found), _NEAR_SINGULAR * abs(found)
         size = np.abs(diagonal)
-        return found if size.min() > RANK * size.max() else None
+        return bool(size.min() > RANK * size.max())
 
     def remember_home(self, q: Array) -> None:
         """Calibrate at home and keep the factors for :meth:`predict_from_home`."""
@@ -173,23 +188,40 @@ class Warm:
     def step_from(self, q: Array, values: Array) -> Array | None:
         """The pose (nq,) with the held coordinates at ``values``, on the branch of the closed q;
         None when one step does not settle that it is on it."""
-        found = self.calibrate(q)
-        if found is None:
+        if not self.calibrate(q):
             return None
-        self.signs = np.sign(found)
         ahead = q.copy()
         ahead[self.held] = values
         moved = self.predict(ahead, values - q[self.held])
-        if moved > LONGEST_MOVE:
+        if moved > LONGEST_MOVE or not self.newton(ahead, moved):
             return None
-        if not self.newton(ahead, moved) or not self.agree(self.diagonal[None], [self.pivots])[0]:
-            return None
-        return ahead
+        return ahead if self.agree(ahead[None], self.diagonal[None], [self.pivots])[0] else None
 
 
-def whole(mechanism: Mechanism, system: ClosureSystem, held: Array) -> Warm:
-    """The lean solver for a square system as one block: its determinant keeps the sign it is
-    given, and Newton's contraction keeps it on its branch."""
-    free = np.setdiff1d(np.arange(mechanism.model.nv), held)
-    block = Block("all", np.arange(system.rows), free)
-    return Warm(mechanism, system, (block,), held, np.ones(1))
+def determinants(diagonals: Array, pivots: list[Array]) -> Array:
+    """(N,) determinants from the diagonals (N, n) and the pivots of ``dgesv``'s factors."""
+    swaps = np.array(pivots) != np.arange(diagonals.shape[1])
+    out: Array = np.prod(diagonals, axis=1) * np.where(swaps.sum(axis=1) % 2, -1.0, 1.0)
+    return out
+
+
+def inverse_warm(
+    mechanism: Mechanism, system: ClosureSystem, signs: Array, q: Array
+) -> Warm | None:
+    """The lean solver for outputs that are joints, on the branch of the closed q (nq,); None where
+    the equations are not square or q is singular."""
+    held = np.array(mechanism.outputs.coordinates, dtype=int)
+    if mechanism.outputs.kind != "joints" or system.rows + len(held) != mechanism.model.nv:
+        return None
+    complete = labels(mechanism).complete
+    warm = Warm(mechanism, system, held, signs=signs, labelled=complete)
+    return warm if warm.calibrate(q) or complete else None
+
+
+def forward_warm(mechanism: Mechanism, system: ClosureSystem, held: Array, q: Array) -> Warm | None:
+    """The lean solver with some joints held, on the branch of the closed q (nq,); None where the
+    equations are not square or q is singular."""
+    if system.rows + len(held) != mechanism.model.nv:
+        return None
+    warm = Warm(mechanism, system, held)
+    return warm if warm.calibrate(q) else None

@@ -10,8 +10,9 @@ from oracles import antenna as oracle
 
 import pinmech as pm
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.branch import home_determinants, labelled
-from pinmech.kinematics.limbsolve import LimbAnswer, solve_limb
+from pinmech.kinematics.blocks import blocks
+from pinmech.kinematics.labels import wanted_signs
+from pinmech.kinematics.limbsolve import LimbAnswer, LimbSolver
 
 from .sampling import (
     ARMS,
@@ -98,21 +99,12 @@ def limb_alone(
     mech: pm.Mechanism, name: str, pose: np.ndarray, mode: int, guess: np.ndarray
 ) -> LimbAnswer:
     """One limb solved by the slow road, in the mode asked for."""
-    part = next(part for part in labelled(mech) if part.limb == name)
-    index = [part.limb for part in labelled(mech)].index(name)
-    at_home = home_determinants(mech)[index]
+    part = next(part for part in blocks(mech) if part.limb == name)
+    signs = wanted_signs(mech, {name: mode}, mech.home)
     q = guess.copy()
     q[list(mech.outputs.coordinates)] = pose
     with mech.scratch() as system:
-        return solve_limb(
-            mech,
-            system,
-            part,
-            q,
-            sign=mode * np.sign(at_home),
-            home_determinant=at_home,
-            limits=True,
-        )
+        return LimbSolver(mech, system, part, signs, True).solve(q)
 
 
 @pytest.mark.parametrize("name", ["antenna_3rsu", "antenna_3rsu_wide"])
@@ -225,11 +217,11 @@ def test_an_answer_does_not_depend_on_what_was_asked_before(antenna: pm.Mechanis
 
 
 def test_one_limb_is_solved_alone_in_the_mode_asked_for(antenna: pm.Mechanism) -> None:
-    """The slow road of solve_limb finds both branches from a useless start."""
+    """The slow road of LimbSolver finds both branches from a useless start."""
     dim = DIMENSIONS["antenna_3rsu"]
     for pose in reachable(dim, 15, 6):
         for k, name in enumerate(ARMS):
-            part = next(part for part in labelled(antenna) if part.limb == name)
+            part = next(part for part in blocks(antenna) if part.limb == name)
             column = list(part.free).index(antenna.coordinate(name))
             for sign in (1, -1):
                 answer = limb_alone(antenna, name, pose, sign, antenna.home.q + 1.7)

@@ -10,7 +10,6 @@ from oracles import antenna as oracle
 
 import pinmech as pm
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.branch import state_signs
 
 from .sampling import ARMS, DIMENSIONS, angles, asked, cranks, reachable, transmission
 
@@ -80,15 +79,6 @@ def test_the_mode_reported_is_that_of_the_joint_values(mech: pm.Mechanism) -> No
         again = pm.verify_closed(mech, state.q)
         assert dict(again.mode) == dict(state.mode)
         check(mech, pose, mode, again)
-
-
-def test_the_mode_reported_is_not_what_a_solver_noted(antenna: pm.Mechanism) -> None:
-    """The solver keeps the signs that it aimed at with a state, for speed; a note that is wrong
-    must not show in what the state says of itself."""
-    state = pm.inverse(antenna, (0.1, 0.2), mode={"arm2": -1}).unwrap()
-    noted = state_signs(state)
-    state.__dict__["_signs"] = -noted
-    assert [state.mode[name] for name in ARMS] == [1, -1, 1]
 
 
 def test_values_are_those_of_the_nearest_turn(wide: pm.Mechanism) -> None:

@@ -79,11 +79,14 @@ def test_rows_of_one_closure_are_independent(kind: str) -> None:
     check(small, small.load().home)
 
 
-def test_a_rod_that_spins_has_no_mode() -> None:
-    """Its determinant is zero everywhere: the sign of what rounding leaves must not be read."""
-    mode = GOOD["rssr"]().load().home.mode
-    assert mode["j0"] is None
-    assert mode["j3"] == 1
+def test_a_rod_that_spins_has_one_mode() -> None:
+    """Its determinant is zero everywhere: the sign of what rounding leaves must not be read. The
+    elbow is that of the other limb."""
+    mech = GOOD["rssr"]().load()
+    assert dict(mech.home.mode) == {"j0": 1, "j3": 1}
+    other = pm.inverse(mech, [0.0], mode={"j3": -1}).unwrap()
+    assert dict(other.mode) == {"j0": 1, "j3": -1}
+    assert abs(other.joints["j3"]) > 0.5
 
 
 @pytest.mark.parametrize("name", [name for name, build in GOOD.items() if build().mobility])
