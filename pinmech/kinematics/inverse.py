@@ -104,7 +104,7 @@ class InverseSolver:
             if start is mechanism.home.q:
                 quick.predict_from_home(q, target - start[self.held])
             # Within the limits passive joints cannot be flipped, which determinants cannot see.
-            if quick.solve(q) and not limit_breaches(mechanism, q):
+            if quick.solve(q) and not limit_breaches(mechanism, q, cones=self.limits):
                 return self._finish(q, quick.iterations, quick=True)
             q = start.copy()
             q[self.held] = target
@@ -237,7 +237,7 @@ class InverseSolver:
         """Limits and mode. ``strict`` also asks for the limits when they are turned off: within
         them passive joints cannot be flipped, which a determinant cannot see."""
         wrap_towards(self.mechanism, q, start, self.free)
-        if (self.limits or strict) and limit_breaches(self.mechanism, q):
+        if (self.limits or strict) and limit_breaches(self.mechanism, q, cones=self.limits):
             return False
         return self._same_mode(q)
 
@@ -272,7 +272,7 @@ class InverseSolver:
         """Outputs that are beyond the limits of their own joints."""
         q = np.clip(0.0, self.mechanism.lower, self.mechanism.upper)
         q[self.held] = target
-        return limit_breaches(self.mechanism, q)
+        return limit_breaches(self.mechanism, q, cones=False)
 
     def _search(self, target: Array, start: Array, count: int) -> Solution:
         """Where limbs do not separate: is there any configuration at all?"""

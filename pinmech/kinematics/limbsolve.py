@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pinmech.kinematics.branch import Block, determinant
+from pinmech.kinematics.cones import cone_breaches, limited_loops
 from pinmech.kinematics.solver import (
     Pose,
     Problem,
@@ -115,7 +116,7 @@ def solve_limb(
             turned = True
             continue
         wrap_towards(mechanism, trial, q, block.free)
-        breaches = limit_breaches_of(mechanism, trial, block.free)
+        breaches = limit_breaches_of(mechanism, trial, block.free, cones=limits)
         found = determinant(mechanism, system, block) if sign is not None else 0.0
         if sign is not None and found * sign < -_MEETING * abs(home_determinant):
             # Beyond the limits, a flipped passive joint may change the sign: no statement then.
@@ -184,8 +185,16 @@ def _beyond(mechanism: Mechanism, q: Array, coordinates: Array) -> tuple[float, 
     return float(over[passive].max(initial=0.0)), float(over.max(initial=0.0))
 
 
-def limit_breaches_of(mechanism: Mechanism, q: Array, coordinates: Array) -> list[str]:
-    """The limit breaches of some coordinates only."""
+def limit_breaches_of(
+    mechanism: Mechanism, q: Array, coordinates: Array, *, cones: bool = True
+) -> list[str]:
+    """The limit breaches of some coordinates only; with ``cones`` also those of the ball joints
+    and universal joints in the limbs that they belong to."""
     part = np.clip(q, mechanism.lower, mechanism.upper)
     part[coordinates] = q[coordinates]
-    return limit_breaches(mechanism, part)
+    beyond = limit_breaches(mechanism, part, cones=False)
+    if not (cones and limited_loops(mechanism)):
+        return beyond
+    own = set(coordinates.tolist())
+    limbs = [limb for limb in mechanism.limbs.values() if own.intersection(limb.coordinates)]
+    return beyond + cone_breaches(mechanism, q, {name for limb in limbs for name in limb.loops})

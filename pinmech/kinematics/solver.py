@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.linalg import lapack
 
+from pinmech.kinematics.cones import cone_breaches
 from pinmech.kinematics.state import CLOSED
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
@@ -295,10 +296,15 @@ def wrap_towards(mechanism: Mechanism, q: Array, start: Array, free: Array) -> N
         q[k] = value
 
 
-def limit_breaches(mechanism: Mechanism, q: Array) -> list[str]:
-    """Which joints are outside their limits, as readable texts."""
+def limit_breaches(mechanism: Mechanism, q: Array, *, cones: bool = True) -> list[str]:
+    """Which joints are outside their limits, as readable texts: those of the tree and, with
+    ``cones``, the ball joints and universal joints of the loops.
+
+    q (nq,) may leave loops open only with ``cones=False``: an open loop has no meaningful cone.
+    """
+    beyond = cone_breaches(mechanism, q) if cones else []
     if (q >= mechanism.lower - 1e-9).all() and (q <= mechanism.upper + 1e-9).all():
-        return []
+        return beyond
     texts = []
     for k, name in enumerate(mechanism.joints):
         value, low, high = q[k], mechanism.lower[k], mechanism.upper[k]
@@ -314,4 +320,4 @@ def limit_breaches(mechanism: Mechanism, q: Array) -> list[str]:
                 f"joint {name} at {1e3 * value:.4g} mm "
                 f"(limits {1e3 * low:.4g} .. {1e3 * high:.4g} mm)"
             )
-    return texts
+    return texts + beyond

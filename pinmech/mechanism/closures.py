@@ -23,6 +23,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError
+from pinmech.mechanism.cones import Cone
 
 Array = np.ndarray
 
@@ -83,12 +84,14 @@ class Loop:
         type: spherical, revolute, universal, cylindrical, prismatic, planar or fixed.
         frames: the two frames that belong together when the loop is closed.
         rows: slice of this loop's rows in the closure Jacobian.
+        limit: the cone that a spherical or universal joint allows, None for no limit.
     """
 
     name: str
     type: str
     frames: tuple[Frame, Frame]
     rows: slice
+    limit: Cone | None = None
 
 
 def relative_placement(loop: Loop, data: pin.Data) -> pin.SE3:
