@@ -6,6 +6,7 @@ are a pose, what the platform shall do. The inner loop allocates little and call
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -190,6 +191,7 @@ def minimise(
     iterations: int = 100,
     effort: Array | None = None,
     stall: float = 1e-14,
+    check: Callable[[], None] | None = None,
 ) -> float:
     """Levenberg–Marquardt in place from q; returns the scaled residual that remains.
 
@@ -199,6 +201,7 @@ def minimise(
     Args:
         effort: (n_free,) how reluctantly each coordinate moves, 1 = as usual.
         stall: stop when a step gains less than this part of the squared residual.
+        check: called before every iteration; what it raises ends the run.
     """
     length, free = problem.length, problem.free
     metric = problem.weights if effort is None else problem.weights * effort
@@ -206,6 +209,8 @@ def minimise(
     e = problem.residual(system, q)
     cost = float(e.dot(e))
     for _ in range(iterations):
+        if check is not None:
+            check()
         if np.sqrt(cost) <= 1e-11 * length or not np.isfinite(cost):
             break
         a = problem.matrix(system) / metric
@@ -238,12 +243,18 @@ def minimise(
     return float(np.sqrt(cost)) / length
 
 
-def nearest(problem: Problem, system: ClosureSystem, q: Array) -> float:
+def nearest(
+    problem: Problem,
+    system: ClosureSystem,
+    q: Array,
+    check: Callable[[], None] | None = None,
+) -> float:
     """Newton on the gradient of the squared residual, in place from where :func:`minimise` ended;
     returns the scaled residual that remains.
 
     Where a residual remains, Levenberg–Marquardt crawls (its second derivative lacks the
-    residual's part) and stops up to a percent short of the nearest approach.
+    residual's part) and stops up to a percent short of the nearest approach. ``check`` is called
+    before every iteration; what it raises ends the run.
     """
     length, free, weights = problem.length, problem.free, problem.weights
     step = 1e-5
@@ -254,6 +265,8 @@ def nearest(problem: Problem, system: ClosureSystem, q: Array) -> float:
 
     cost, slope = gradient(q)
     for _ in range(20):
+        if check is not None:
+            check()
         hessian = np.empty((len(free), len(free)))
         for k, index in enumerate(free):
             ahead, behind = q.copy(), q.copy()

@@ -141,7 +141,7 @@ def sense_fault(loop: Loop, placement: pin.SE3) -> str | None:
         if placement.rotation[axis, axis] < 0:
             return (
                 f"loop {loop.name}: the {'xyz'[axis]} axes of its two frames point in opposite "
-                "directions; turn one of the frames round"
+                "directions"
             )
     return None
 
