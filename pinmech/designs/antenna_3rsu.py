@@ -375,7 +375,7 @@ class Antenna3RSU:
             title += f", ball joints of {math.degrees(self.ball_joint_cone):.4g} deg"
             angle, cone = self.housing_angle, repr(float(self.ball_joint_cone))
             axis = f"[{number(math.cos(angle))}, 0.0, {number(math.sin(angle))}]"
-            limit = f", limit: {{axes: [{axis}, [-1.0, 0.0, 0.0]], angle: {cone}}}"
+            limit = f",\n     limit: {{axes: [{axis}, [-1.0, 0.0, 0.0]], angle: {cone}}}"
             joints = (
                 "real: the housing's axis is\n  # fixed in the arm, the stud's lies along the rod, "
                 "and they stay within the angle"

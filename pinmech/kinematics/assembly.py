@@ -127,7 +127,12 @@ def _faults(source: Source, found: Search, seconds: float) -> list[Fault]:
     """What is wrong with the home that was found."""
     mechanism, place, q = source.mechanism, source.document.place, found.q
     if not found.closed:
-        message = f"the loops cannot be closed at home: {_open_loops(mechanism, q)} at best"
+        message = (
+            "no closed home was found in time"
+            if found.out_of_time
+            else "the loops cannot be closed at home"
+        )
+        message += f": {_open_loops(mechanism, q)} at the nearest approach found"
         if found.turned:
             message += f"; {_turn_round(found.turned)}"
         if found.out_of_time:
@@ -137,7 +142,7 @@ def _faults(source: Source, found: Search, seconds: float) -> list[Fault]:
         return [Fault(place(("home",) if source.home else ("loops",)), message)]
     hint = f"; {_turn_round(found.turned)}" if found.turned else ""
     hint += f"; {_gave_up(found, seconds)}" if found.out_of_time else ""
-    faults = []
+    faults: list[Fault] = []
     for joint, value in source.home.items():
         k = mechanism.coordinate(joint)
         moved = q[k] - value
