@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 #: Name of a committed mechanism -> what builds its texts.
 DESIGNS: dict[str, Callable[[], Design]] = {
     "antenna_3rsu": lambda: Antenna3RSU().build("antenna_3rsu"),
-    # The wide type of ball joint: 15 deg of both angles at once need 42.5 deg, those of tables 30.
+    # The wide type of ball joint: alpha and beta within ±15 deg need 41.7 deg, usual ones have 30.
     "antenna_3rsu_cones": lambda: Antenna3RSU(ball_joint_cone=math.radians(45.0)).build(
         "antenna_3rsu_cones"
     ),

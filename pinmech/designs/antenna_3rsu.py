@@ -78,7 +78,8 @@ class Antenna3RSU:
             ones have 15 to 30 deg, wide ones 45 deg. None: they turn without limit, as in the
             paper.
         ball_joint_window: the housings are set so that a stud swings equally far to both sides
-            when the platform tilts by this much towards its arm and away from it [rad].
+            when the platform tilts by this much towards its arm and away from it [rad]. The
+            default suits alpha and beta within ±15 deg, whose corners are tilted by 21 deg.
     """
 
     R: float = 0.166
@@ -103,7 +104,7 @@ class Antenna3RSU:
     passive_friction: float = 0.0
     passive_damping: float = 0.0
     ball_joint_cone: float | None = None
-    ball_joint_window: float = math.radians(15.0)
+    ball_joint_window: float = math.radians(20.0)
 
     def __post_init__(self) -> None:
         check_numbers(self, may_be_zero=("dish_radius",))

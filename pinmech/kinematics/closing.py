@@ -32,8 +32,8 @@ Progress = Callable[[int, int], None]
 
 #: Assembly may move a joint that the file lists by this much [rad or m].
 HOME_TOLERANCE = 0.05
-#: Starts of the search in which listed outputs are held, and of that in which they may move.
-_STARTS_HELD, _STARTS = 20, 40
+#: Starts of a search, and more for every joint in a loop that is not listed: far away is large.
+_STARTS, _STARTS_EACH = 20, 5
 #: Starts from which it is asked whether the loops would close with a frame turned round.
 _STARTS_TURNED = 4
 #: Scaled residual up to which Newton is worth a try.
@@ -115,10 +115,11 @@ class _Finder:
         loose = in_loops(self.mechanism)
         held = [k for k in self.mechanism.outputs.coordinates if self.listed[k]]
         free = np.setdiff1d(loose, held).astype(int)
-        attempts = [(loose, _STARTS, 1.0)]
+        starts = _STARTS + _STARTS_EACH * int((~self.listed[loose]).sum())
+        attempts = [(loose, starts, 1.0)]
         if len(free) < len(loose):
             # Listed outputs stay where they are if the loops can be closed that way.
-            attempts.insert(0, (free, _STARTS_HELD, 0.4))
+            attempts.insert(0, (free, starts // 2, 0.4))
         search = self.search
         search.starts = sum(count for _, count, _ in attempts)
         try:

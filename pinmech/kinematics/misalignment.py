@@ -31,6 +31,8 @@ _PARTS: dict[str, tuple[tuple[int, ...], str]] = {
     "fixed": ((0, 1, 2), "all"),
 }
 _LOCAL = pin.ReferenceFrame.LOCAL
+#: So near to the opposite axis the direction back is rounding.
+_POLE = 1e-6
 
 
 class Misalignment(Problem):
@@ -68,7 +70,7 @@ class Misalignment(Problem):
         if held == "all":
             parts.append(self.length * pin.Jlog3(turn) @ twist[3:])
         elif held != "free":
-            z = turn[:, 2]
+            z = _off_pole(turn[:, 2])
             moved = -turn @ pin.skew(np.array([0.0, 0.0, 1.0])) @ twist[3:]
             if held == "across":
                 parts.append(self.length * moved[2:] / math.sqrt(max(1.0 - z[2] ** 2, 1e-12)))
@@ -100,15 +102,23 @@ def _off(loop: Loop, data: pin.Data) -> tuple[Array, Array]:
         return apart, np.array([math.asin(min(1.0, max(-1.0, turn[2, 2])))])
     if held == "all":
         return apart, pin.log3(turn)
-    return apart, _stretch(turn[:, 2])[0] * np.array([-turn[1, 2], turn[0, 2]])
+    z = _off_pole(turn[:, 2])
+    return apart, _stretch(z)[0] * np.array([-z[1], z[0]])
+
+
+def _off_pole(z: Array) -> Array:
+    """A unit vector (3,), moved a little where it is opposite to the z axis: every direction leads
+    back from there, so one is as good as the other, but one there must be."""
+    if z[2] < 0.0 and math.hypot(z[0], z[1]) < _POLE:
+        return np.array([0.0, -_POLE, -1.0])
+    return z
 
 
 def _stretch(z: Array) -> tuple[float, Array]:
     """Angle over sine between a unit vector z (3,) and the z axis, and its gradient (3,)."""
     sine, cosine = math.hypot(z[0], z[1]), float(z[2])
-    if sine < 1e-6:
-        # Opposite axes: every direction leads away; the value only has to be large and finite.
-        return (1.0 if cosine > 0.0 else math.pi / 1e-6), np.zeros(3)
+    if sine < 1e-6 and cosine > 0.0:
+        return 1.0, np.zeros(3)
     angle = math.atan2(sine, cosine)
     along = np.array([z[0], z[1], 0.0]) / sine
     turning = cosine * along - np.array([0.0, 0.0, sine])

@@ -21,12 +21,13 @@ from .sampling import cranks, disc
 T1 = oracle.TABLE1
 DEG = math.pi / 180.0
 Array = np.ndarray
+SET = {"ball_joint_cone": 30 * DEG, "ball_joint_window": 15 * DEG}
 
 
 @pytest.fixture(scope="module")
 def real() -> pm.Mechanism:
-    """Table 1 with ball joints of 30 deg."""
-    return pm.designs.antenna_3rsu(ball_joint_cone=30 * DEG)
+    """Table 1 with ball joints of 30 deg, set for 15 deg of pointing."""
+    return pm.designs.antenna_3rsu(**SET)
 
 
 def stud_angles(poses: Array, housing: float) -> Array:
@@ -42,7 +43,7 @@ def stud_angles(poses: Array, housing: float) -> Array:
     return np.arccos(cosine)
 
 
-HOUSING = Antenna3RSU(ball_joint_cone=30 * DEG).housing_angle
+HOUSING = Antenna3RSU(**SET).housing_angle
 
 
 def tilts(angle: float, count: int) -> Array:
@@ -65,7 +66,7 @@ def test_the_state_knows_the_angle_of_every_ball_joint(real: pm.Mechanism) -> No
 
 def test_the_housing_is_in_the_middle_of_the_window(real: pm.Mechanism) -> None:
     """Towards the arm and away from it the stud swings equally far; no direction needs much more,
-    so the usual 30 deg are enough for 15 deg of pointing, though rod and arm need 41."""
+    so 30 deg are enough for 15 deg of pointing."""
     ends = np.array([[0.0, 15 * DEG], [0.0, -15 * DEG]])
     away, towards = (pm.inverse(real, pose).unwrap().cones["arm1"] for pose in ends)
     assert away == pytest.approx(towards, abs=1e-9)
@@ -74,10 +75,10 @@ def test_the_housing_is_in_the_middle_of_the_window(real: pm.Mechanism) -> None:
 
 
 def test_refused_beyond_the_cone_and_only_there(real: pm.Mechanism) -> None:
-    poses = disc(0.4, 200, 2)
+    poses = disc(0.4, 80, 2)
     worst = stud_angles(poses, HOUSING)
     inside = (worst <= 30 * DEG).all(axis=1)
-    assert 60 < inside.sum() < 140
+    assert 20 < inside.sum() < 60
     for pose, angles, fine in zip(poses, worst, inside, strict=True):
         solution = pm.inverse(real, pose)
         assert solution.success == fine, (pose, solution.message)
@@ -98,14 +99,14 @@ def test_refused_beyond_the_cone_and_only_there(real: pm.Mechanism) -> None:
 
 @pytest.mark.parametrize("limits", [True, False])
 def test_path_and_single_call_agree_row_by_row(real: pm.Mechanism, limits: bool) -> None:
-    turn = np.linspace(0.0, 2 * np.pi, 300)
+    turn = np.linspace(0.0, 2 * np.pi, 100)
     poses = np.column_stack([0.3 * np.sin(3 * turn), 0.35 * np.sin(2 * turn)])
     path = pm.inverse_path(real, poses, limits=limits)
     expected = (stud_angles(poses, HOUSING) <= 30 * DEG).all(axis=1) | (not limits)
     np.testing.assert_array_equal(path.success, expected)
-    assert not limits or 40 < expected.sum() < 260
+    assert not limits or 15 < expected.sum() < 85
     assert set(path.status[~expected]) <= {"limit"}
-    for k in range(0, 300, 7):
+    for k in range(0, 100, 5):
         single = pm.inverse(real, poses[k], limits=limits)
         assert single.status == path.status[k]
         if single.success:
@@ -178,6 +179,12 @@ def test_committed_antennas_are_ideal_and_say_so() -> None:
         assert mech.path is not None
         assert "ideal: they turn without limit" in mech.path.read_text()
     mech = pm.load("antenna_3rsu_cones")
+    angles = np.linspace(-15 * DEG, 15 * DEG, 21)
+    window = np.array([(a, b) for a in angles for b in angles])
+    path = pm.inverse_path(mech, window)
+    assert path.success.all()
+    worst = max(max(pm.verify_closed(mech, q).cones.values()) for q in path.q)
+    assert 41 * DEG < worst < 42 * DEG
     assert [loop.limit.angle for loop in mech.loops.values() if loop.limit] == [45 * DEG] * 3
 
 
