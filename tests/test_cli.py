@@ -309,7 +309,7 @@ def test_singularity_and_view_of_a_pose_out_of_reach(call) -> None:
 
 
 def test_an_interrupt_is_one_line(call, monkeypatch) -> None:
-    def interrupted(name):
+    def interrupted(name, **options):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(commands.pm, "load", interrupted)

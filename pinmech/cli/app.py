@@ -18,6 +18,7 @@ from pinmech.cli.arguments import (
     Name,
     NoLimits,
     Outputs,
+    load_mechanism,
     print_answer,
     print_json,
     read_modes,
@@ -87,7 +88,7 @@ def list_command(as_json: Json = False) -> None:
 @app.command()
 def info(name: Name, as_json: Json = False) -> None:
     """Say what a mechanism is: outputs, actuators, drives, loops, limbs, home."""
-    mechanism = pm.load(name)
+    mechanism = load_mechanism(name)
     if as_json:
         print_json(records.info_record(mechanism))
     else:
@@ -111,7 +112,7 @@ def inverse(
     pinmech inverse antenna_3rsu alpha=10 beta=5
     pinmech inverse antenna_3rsu alpha=0.4rad beta=-12.6 --mode arm1=-1
     """
-    mechanism = pm.load(name)
+    mechanism = load_mechanism(name)
     target = read_outputs(mechanism, outputs)
     solution = pm.inverse(mechanism, target, mode=read_modes(mode), limits=not no_limits)
     print_answer(mechanism, solution, joints=joints, as_json=as_json)
@@ -136,7 +137,7 @@ def forward(
     \b
     pinmech forward antenna_3rsu arm1=30 arm2=60
     """
-    mechanism = pm.load(name)
+    mechanism = load_mechanism(name)
     angular = {n: not a.prismatic for n, a in mechanism.actuators.items()}
     given = typed.quantities(actuators or [], angular, "actuator")
     solution = pm.forward(mechanism, given, limits=not no_limits)
@@ -162,7 +163,7 @@ def singularity(
     \b
     pinmech singularity antenna_3rsu alpha=10 beta=5 --drive 12
     """
-    mechanism = pm.load(name)
+    mechanism = load_mechanism(name)
     mechanism.drive(drive)
     state = read_pose(mechanism, outputs, mode, no_limits)
     found = pm.singularity(state, drive=drive)
@@ -192,7 +193,7 @@ def mobility(
     pinmech mobility spherical_3paur
     pinmech mobility antenna_3rsu alpha=10 beta=5 --lock arm1
     """
-    mechanism = pm.load(name)
+    mechanism = load_mechanism(name)
     state = read_pose(mechanism, outputs, mode, no_limits)
     found, screws = pm.mobility(state, locked=lock or ()), pm.limb_screws(state)
     if as_json:
@@ -278,7 +279,7 @@ def view(
     """
     from pinmech.show.pages import view_trajectory
 
-    mechanism = pm.load(name)
+    mechanism = load_mechanism(name)
     if trajectory is None:
         viewer = pm.view(read_pose(mechanism, outputs, mode, no_limits))
     elif outputs:

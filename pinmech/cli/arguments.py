@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Annotated, Any
 
 import typer
@@ -15,6 +18,7 @@ from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show import console as show
 from pinmech.show import records
+from pinmech.show.progress import progress_bar
 from pinmech.show.tables import console
 
 Name = Annotated[
@@ -37,6 +41,30 @@ Joints = Annotated[bool, typer.Option("--joints", help="List all joints, passive
 Json = Annotated[
     bool, typer.Option("--json", help="Print JSON instead: SI units and radians, all digits.")
 ]
+
+
+#: A progress bar appears when an assembly takes longer than this [s].
+_PATIENCE = 0.7
+
+
+def load_mechanism(name: str) -> Mechanism:
+    """The mechanism of a command, with a bar on the terminal while a long assembly goes on.
+
+    Raises:
+        UnknownNameError, DescriptionError: as for :func:`pinmech.load`.
+    """
+    began = time.monotonic()
+    with ExitStack() as stack:
+        bar: Callable[[int, int, str], None] | None = None
+
+        def progress(done: int, total: int) -> None:
+            nonlocal bar
+            if bar is None and time.monotonic() - began > _PATIENCE and sys.stderr.isatty():
+                bar = stack.enter_context(progress_bar(console(stderr=True)))
+            if bar is not None:
+                bar(done, total, f"looking for a closed home of {name}")
+
+        return pm.load(name, progress=progress)
 
 
 def read_outputs(mechanism: Mechanism, texts: list[str] | None) -> dict[str, float]:

@@ -11,6 +11,7 @@ dimensions and assemble it::
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,10 @@ if TYPE_CHECKING:
 #: Name of a committed mechanism -> what builds its texts.
 DESIGNS: dict[str, Callable[[], Design]] = {
     "antenna_3rsu": lambda: Antenna3RSU().build("antenna_3rsu"),
+    # The wide type of ball joint: alpha and beta within ±15 deg need 41.7 deg, usual ones have 30.
+    "antenna_3rsu_cones": lambda: Antenna3RSU(ball_joint_cone=math.radians(45.0)).build(
+        "antenna_3rsu_cones"
+    ),
     "antenna_3rsu_wide": lambda: TABLE_2.build("antenna_3rsu_wide"),
     "antenna_3rsu_s": lambda: Antenna3RSU(strut="spherical").build("antenna_3rsu_s"),
     "decoupled_pf": lambda: DecoupledPF().build("decoupled_pf"),
@@ -53,7 +58,10 @@ def assemble(design: Design) -> Mechanism:
 
 
 def antenna_3rsu(**dimensions: Any) -> Mechanism:
-    """The antenna mechanism; arguments of :class:`Antenna3RSU`, in SI (default: Table 1)."""
+    """The antenna mechanism; arguments of :class:`Antenna3RSU`, in SI (default: Table 1).
+
+    Its ball joints turn without limit unless ``ball_joint_cone`` [rad] is given.
+    """
     return assemble(Antenna3RSU(**dimensions).build("antenna_3rsu"))
 
 

@@ -74,6 +74,12 @@ class Antenna3RSU:
         effort, velocity: limits of the arm drives [N·m, rad/s].
         drive_friction, drive_damping: of the arm drives [N·m, N·m·s/rad].
         passive_friction, passive_damping: of every other joint [N·m, N·m·s/rad].
+        ball_joint_cone: largest angle between stud and housing of the ball joints C_i [rad]; real
+            ones have 15 to 30 deg, wide ones 45 deg. None: they turn without limit, as in the
+            paper.
+        ball_joint_window: the housings are set so that a stud swings equally far to both sides
+            when the platform tilts by this much towards its arm and away from it [rad]. The
+            default suits alpha and beta within ±15 deg, whose corners are tilted by 21 deg.
     """
 
     R: float = 0.166
@@ -97,35 +103,87 @@ class Antenna3RSU:
     drive_damping: float = 0.0
     passive_friction: float = 0.0
     passive_damping: float = 0.0
+    ball_joint_cone: float | None = None
+    ball_joint_window: float = math.radians(20.0)
 
     def __post_init__(self) -> None:
         check_numbers(self, may_be_zero=("dish_radius",))
         if self.strut not in ("universal", "spherical"):
             raise InputError(f"strut must be 'universal' or 'spherical', not {self.strut!r}")
         _ = self.home_angle
+        self._check_ball_joints()
+
+    def _check_ball_joints(self) -> None:
+        cone, window = self.ball_joint_cone, self.ball_joint_window
+        if cone is None:
+            return
+        number = isinstance(cone, int | float) and not isinstance(cone, bool)
+        if not number or not 0.0 < cone <= math.pi:
+            raise InputError(f"ball_joint_cone must be an angle within 0 .. pi rad, is {cone!r}")
+        home = self._swing(0.0)
+        if (off := abs(home - self.housing_angle)) > cone:
+            raise InputError(
+                f"with ball_joint_cone = {math.degrees(cone):.4g} deg the level platform cannot be "
+                f"held: the studs are {math.degrees(off):.4g} deg out of the housings there; take "
+                f"a wider cone or a ball_joint_window below {math.degrees(window):.4g} deg"
+            )
 
     @property
     def home_angle(self) -> float:
         """Arm angle at alpha = beta = 0 in the home working mode [rad].
 
-        The minus sign in the paper's eq. (7). With t = tan(theta/2) the closure is
-        (p3 - p2) t² + 2 p1 t + (p3 + p2) = 0; its root is written so that p3 = p2 is no exception.
+        The minus sign in the paper's eq. (7).
 
         Raises:
             InputError: the arms cannot reach the level platform.
         """
-        p1 = -2.0 * self.h * self.l1
-        p2 = 2.0 * (self.R - self.r) * self.l1
-        p3 = (self.R - self.r) ** 2 + self.h**2 + self.l1**2 - self.l2**2
+        return self._arm_angle(0.0)
+
+    @property
+    def housing_angle(self) -> float:
+        """Direction of the housings' axes in the arms [rad]: from the arm's own direction upwards,
+        in its plane, half-way between those of the stud at both ends of ``ball_joint_window``.
+
+        Raises:
+            InputError: an arm cannot reach the platform at one end of the window.
+        """
+        away, towards = (self._swing(s * self.ball_joint_window) for s in (-1.0, 1.0))
+        return 0.5 * (away + towards)
+
+    def _arm_angle(self, tilt: float) -> float:
+        """Angle of an arm in the home working mode with the platform tilted towards it [rad].
+
+        With t = tan(theta/2) the closure is (p3 - p2) t² + 2 p1 t + (p3 + p2) = 0; its root is
+        written so that p3 = p2 is no exception.
+        """
+        inward, up = self._joint_b(tilt)
+        p1 = -2.0 * up * self.l1
+        p2 = 2.0 * inward * self.l1
+        p3 = inward**2 + up**2 + self.l1**2 - self.l2**2
         discriminant = p1**2 + p2**2 - p3**2
         if discriminant <= 1e-12 * (p1**2 + p2**2):
-            reach = math.hypot(self.R - self.r, self.h)
+            reach = math.hypot(inward, up)
+            where = f"tilted by {math.degrees(tilt):.4g} deg" if tilt else "level"
             raise InputError(
-                f"the mechanism does not assemble level: A_i and B_i are {reach:g} m apart, which "
-                f"must lie well between |l1 - l2| = {abs(self.l1 - self.l2):g} m and "
+                f"the mechanism does not assemble {where}: A_i and B_i are {reach:g} m apart, "
+                f"which must lie well between |l1 - l2| = {abs(self.l1 - self.l2):g} m and "
                 f"l1 + l2 = {self.l1 + self.l2:g} m"
             )
         return 2.0 * math.atan2(p3 + p2, -p1 + math.sqrt(discriminant))
+
+    def _joint_b(self, tilt: float) -> tuple[float, float]:
+        """B_i from A_i, inward and up [m], with the platform tilted towards the arm [rad]."""
+        return (
+            self.R - self.r * math.cos(tilt),
+            self.h - self.r * math.sin(tilt),
+        )
+
+    def _swing(self, tilt: float) -> float:
+        """Direction of the stud, from the ball along the rod, in the arm's plane and from the
+        arm's own direction upwards, with the platform tilted towards the arm [rad]."""
+        arm, (inward, up) = self._arm_angle(tilt), self._joint_b(tilt)
+        outward = -inward - self.l1 * math.cos(arm)
+        return math.atan2(up - self.l1 * math.sin(arm), outward) - arm
 
     def build(self, name: str = "antenna_3rsu") -> Design:
         """The URDF and the description of this mechanism, under ``name``."""
@@ -312,6 +370,21 @@ class Antenna3RSU:
         size = ", ".join(
             f"{key} = {number(1e3 * getattr(self, key))}" for key in ("R", "r", "h", "l1", "l2")
         )
+        if self.ball_joint_cone is None:
+            limit, joints = "", "ideal: they turn without limit, as in the paper"
+        else:
+            title += f", ball joints of {math.degrees(self.ball_joint_cone):.4g} deg"
+            angle, cone = self.housing_angle, repr(float(self.ball_joint_cone))
+            axis = f"[{number(math.cos(angle))}, 0.0, {number(math.sin(angle))}]"
+            limit = f",\n     limit: {{axes: [{axis}, [-1.0, 0.0, 0.0]], angle: {cone}}}"
+            joints = (
+                "real: the housing's axis is\n  # fixed in the arm, the stud's lies along the rod, "
+                "and they stay within the angle"
+            )
+        loops = "\n".join(
+            f"  - {{name: arm{i}, type: spherical, frames: [arm{i}_tip, rod{i}_tip]{limit}}}"
+            for i in (1, 2, 3)
+        )
         return f"""\
 # written by pinmech/designs/antenna_3rsu.py; do not edit
 # {size} mm
@@ -323,10 +396,8 @@ title: {title}
 source: doi:10.1177/0954410016636157
 urdf: ../urdf/{name}.urdf
 platform: platform
-loops:  # the spherical joints C_i between the driven arms and the rods
-  - {{name: arm1, type: spherical, frames: [arm1_tip, rod1_tip]}}
-  - {{name: arm2, type: spherical, frames: [arm2_tip, rod2_tip]}}
-  - {{name: arm3, type: spherical, frames: [arm3_tip, rod3_tip]}}
+loops:  # the ball joints C_i between the driven arms and the rods, {joints}
+{loops}
 actuators:  # zero radially outward, positive up
   - {{name: arm1, joint: arm1}}
   - {{name: arm2, joint: arm2}}

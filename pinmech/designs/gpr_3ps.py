@@ -99,9 +99,10 @@ class GPR3PS:
 
     def _urdf(self, name: str) -> str:
         drive = Drive(self.effort, self.velocity, self.drive_friction, self.drive_damping)
-        reach, high = self.R, 10.0 * self.q_upper
+        reach = self.R
         pose: tuple[tuple[str, tuple[float, float, float], tuple[float, float] | None], ...] = (
-            ("z", Z, (-high, high)),
+            # The platform's plane meets the base axis at the mean height of the rods.
+            ("z", Z, (self.q_lower, self.q_upper)),
             ("beta", Y, None),
             ("alpha", X, None),
             ("px", X, (-reach, reach)),

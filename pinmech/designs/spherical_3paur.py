@@ -9,9 +9,10 @@ In the paper's orthogonal arrangement p = (y, z, x) and u = (x, y, z).
 
 At home the cranks A_iD_i and B_iC_i and the arm U_iO stand along q_i: w_i = p_i, v_i = -q_i and the
 paper's phi_i = -90 deg. phi_i is the direction of v_i; the crank itself points the other way, at
-psi_i = phi_i + 180 deg, which the crank's limits keep within (0, 180) deg: at the ends of this
-range the parallelogram is flat. (The range does not keep clear of every singularity: see the
-analysis.) The joint ``crank<i>`` is zero at home; the actuator's offset makes its value phi_i.
+psi_i = phi_i + 180 deg, which the crank's limits keep within 1 .. 179 deg: at 0 and 180 deg the
+parallelogram is flat, and two branches of it cross. (The range does not keep clear of every
+singularity: see the analysis.) The joint ``crank<i>`` is zero at home; the actuator's offset makes
+its value phi_i.
 
 |OA_i| = l0 is the reach of the coupler D_iU_i, so O is not the middle of A_iB_i. |A_iB_i| is not
 printed in the paper; 60 mm, the sections and all masses are assumptions.
@@ -92,7 +93,7 @@ class Spherical3PaUR:
     ab: float = 0.060
     lines: Sequence[Sequence[float]] = (Y, Z, X)
     cut: str = "platform"
-    crank_margin: float = 0.0
+    crank_margin: float = math.radians(1.0)
     density: float = ALUMINIUM
     effort: float = 10.0
     velocity: float = 3.0
@@ -341,6 +342,8 @@ class Spherical3PaUR:
     # -------------------------------------------------------------------------- the description
 
     def _description(self, name: str) -> str:
+        margin = math.degrees(self.crank_margin)
+        reach = f"phi in {margin - 180.0:.10g} .. {-margin:.10g} deg"
         if self.cut == "platform":
             loops = [(f"c{i}", f"rocker{i}_c{i}", f"coupler{i}_c{i}") for i in (1, 2, 3)]
             loops += [(f"r{i}", f"arm{i}_r{i}", f"platform_r{i}") for i in (2, 3)]
@@ -370,6 +373,6 @@ loops:  # five of the 21 revolute joints
 actuators:  # the value is the paper's phi_i, -90 deg at home; the joint is zero there
 {actuators}
 outputs: {{kind: orientation, names: [s1, s2, s3]}}  # canonical coordinates
-# the crank limits of the URDF keep the parallelograms from going flat (phi in -180..0 deg)
+# the crank limits of the URDF keep the parallelograms from going flat ({reach})
 home: {{crank1: 0.0, crank2: 0.0, crank3: 0.0}}
 """

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
-from pinmech.errors import Fault
-from pinmech.kinematics.solver import (
-    Problem,
-    limit_breaches,
-    minimise,
-    nearest,
-    newton,
-    wrap_towards,
-)
+from pinmech.errors import Fault, InputError
+from pinmech.kinematics.closing import HOME_TOLERANCE, Progress, Search, find_home
+from pinmech.kinematics.cones import open_cones
+from pinmech.kinematics.misalignment import loop_gaps
+from pinmech.kinematics.solver import limit_breaches
 from pinmech.kinematics.state import close
-from pinmech.mechanism.closures import ClosureSystem, gap, relative_placement
 from pinmech.mechanism.loading import (
     Source,
     characteristic_length,
@@ -30,37 +26,72 @@ from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
 
-#: Assembly may move a joint that the file lists by this much [rad or m].
-HOME_TOLERANCE = 0.05
-_STARTS = 60
-#: Further attempts start this far from the listed values [rad or m] at most.
-_NUDGE = 0.04
+#: Budget of a first assembly [s]. A file that lists its home takes a few milliseconds.
+ASSEMBLY_SECONDS = 10.0
 
 
-def load(name_or_path: str | Path) -> Mechanism:
+def load(
+    name_or_path: str | Path,
+    *,
+    assembly_seconds: float = ASSEMBLY_SECONDS,
+    progress: Progress | None = None,
+) -> Mechanism:
     """A built-in mechanism by name, or the mechanism of a description file, assembled at home.
+
+    Args:
+        name_or_path: a name from ``pm.mechanisms()``, or the path of a description file.
+        assembly_seconds: how long to search for a closed home [s]; ``math.inf`` for no end.
+        progress: called with (attempts made, attempts at most) during that search.
 
     Raises:
         UnknownNameError: neither a built-in name nor a file.
+        InputError: ``assembly_seconds`` is not a positive number.
         DescriptionError: the files have faults, or the home cannot be closed; lists all of them.
     """
-    return assemble(read_file(find_description(name_or_path)))
+    seconds = _seconds(assembly_seconds)
+    return assemble(read_file(find_description(name_or_path)), seconds=seconds, progress=progress)
 
 
-def from_text(description: str, urdf: str) -> Mechanism:
+def from_text(
+    description: str,
+    urdf: str,
+    *,
+    assembly_seconds: float = ASSEMBLY_SECONDS,
+    progress: Progress | None = None,
+) -> Mechanism:
     """A mechanism from the text of its description and of its URDF, assembled at home.
 
+    Args:
+        description, urdf: the texts.
+        assembly_seconds, progress: as for :func:`load`.
+
     Raises:
+        InputError: ``assembly_seconds`` is not a positive number.
         DescriptionError: as for :func:`load`.
     """
-    return assemble(read_texts(description, urdf))
+    seconds = _seconds(assembly_seconds)
+    return assemble(read_texts(description, urdf), seconds=seconds, progress=progress)
 
 
-def assemble(source: Source) -> Mechanism:
+def _seconds(value: object) -> float:
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not number or not value > 0:  # type: ignore[operator]
+        raise InputError(f"assembly_seconds must be a positive number of seconds, is {value!r}")
+    return float(value)  # type: ignore[arg-type]
+
+
+def assemble(
+    source: Source, *, seconds: float = ASSEMBLY_SECONDS, progress: Progress | None = None
+) -> Mechanism:
     """Close the loops, starting from the listed home, and set ``mechanism.home``.
 
     Joints that the file lists may move by at most :data:`HOME_TOLERANCE`; output joints that it
-    lists stay exactly where they are if the loops can be closed that way.
+    lists stay exactly where they are if the loops can be closed that way. Joints that belong to no
+    loop stand still: where they are listed, else at 0 or the limit next to it.
+
+    Args:
+        seconds: budget of the search.
+        progress: called with (attempts made, attempts at most).
 
     Raises:
         DescriptionError: the loops cannot be closed there; names loops and joints.
@@ -75,90 +106,68 @@ def assemble(source: Source) -> Mechanism:
     start = np.where(listed, start, free_start)
 
     with mechanism.scratch() as system:
-        q = _assemble(mechanism, system, start, listed)
-        system.evaluate(q)
-        state, reason = close(mechanism, q, system.data)
-    faults = []
-    if state is None:
-        where = source.document.place(("home",) if source.home else ("loops",))
-        gaps = _open_loops(mechanism, q)
-        detail = f" ({gaps})" if gaps else ""
-        faults.append(Fault(where, f"the loops cannot be closed at home: {reason}{detail}"))
-    else:
-        found = ", ".join(f"{j}: {q[mechanism.coordinate(j)]:.4f}" for j in source.home)
-        for joint, value in source.home.items():
-            moved = q[mechanism.coordinate(joint)] - value
-            if abs(moved) > HOME_TOLERANCE:
-                unit = "rad" if mechanism.revolving[mechanism.coordinate(joint)] else "m"
-                faults.append(
-                    Fault(
-                        source.document.place(("home", joint)),
-                        f"assembly has to move joint {joint!r} by {moved:+.3g} {unit} (at most "
-                        f"{HOME_TOLERANCE} allowed); the nearest closed home found has {found}",
-                    )
-                )
-        if not faults:
-            faults += [
-                Fault(source.document.place(("home",)), f"the closed home breaks a limit: {breach}")
-                for breach in limit_breaches(mechanism, q)
-            ]
-    if state is None or faults:
+        found = find_home(mechanism, system, start, listed, seconds=seconds, progress=progress)
+    faults = _faults(source, found, seconds)
+    if faults:
         raise source.error(faults)
     if source.document.data.get("length") is None:
         loops = tuple(mechanism.loops.values())
-        length = characteristic_length(mechanism.model, loops, mechanism.platform_frame, q)
+        length = characteristic_length(mechanism.model, loops, mechanism.platform_frame, found.q)
         mechanism = replace(mechanism, length=length, _home=[], _pool=[])
     with mechanism.scratch() as system:
-        system.evaluate(q)
-        home, reason = close(mechanism, q, system.data)
+        system.evaluate(found.q)
+        home, reason = close(mechanism, found.q, system.data)
     if home is None:
         raise source.error([Fault(source.document.place(("home",)), reason)])
     mechanism._home.append(home)
     return mechanism
 
 
-def _assemble(mechanism: Mechanism, system: ClosureSystem, start: Array, listed: Array) -> Array:
-    """The best q found: closed if possible, near the start where joints are listed."""
-    everything = np.arange(mechanism.model.nv)
-    held = {k for k in mechanism.outputs.coordinates if listed[k]}
-    choices = [np.setdiff1d(everything, list(held)).astype(int), everything]
-    best, best_cost = start, np.inf
-    rng = np.random.default_rng(0)
-    for free in choices if held else choices[1:]:
-        problem = Problem(mechanism, free)
-        effort = np.where(listed[free], 100.0, 1.0)
-        for attempt in range(_STARTS):
-            q = start.copy()
-            if attempt:
-                loose = [k for k in free if not listed[k]]
-                # With everything listed, a wrong root may lie nearer than the right one.
-                q[free] += rng.uniform(-_NUDGE, _NUDGE, len(free))
-                low = np.maximum(mechanism.lower[loose], start[loose] - _reach(mechanism)[loose])
-                high = np.minimum(mechanism.upper[loose], start[loose] + _reach(mechanism)[loose])
-                q[loose] = rng.uniform(low, high)
-            minimise(problem, system, q, effort=effort, iterations=200)
-            closer = q.copy()
-            if newton(problem, system, closer).converged:
-                q = closer
-            wrap_towards(mechanism, q, start, free)
-            system.evaluate(q)
-            state, _ = close(mechanism, q, system.data)
-            moved = float(np.abs((q - start)[listed]).max(initial=0.0))
-            residual = float(np.linalg.norm(system.residual)) / mechanism.length
-            breaches = len(limit_breaches(mechanism, q))
-            cost = (moved + 10.0 * breaches) if state is not None else 1e3 + residual
-            if cost < best_cost:
-                best, best_cost = q, cost
-            if state is not None and moved <= HOME_TOLERANCE and not breaches:
-                return best
-    if best_cost >= 1e3:
-        # Nothing closes: say how near the loops come at best.
-        nearest(Problem(mechanism, everything), system, best)
-    return best
-
-
-def _reach(mechanism: Mechanism) -> Array:
-    return np.where(mechanism.revolving, np.pi, 2.0 * mechanism.length)
+def _faults(source: Source, found: Search, seconds: float) -> list[Fault]:
+    """What is wrong with the home that was found."""
+    mechanism, place, q = source.mechanism, source.document.place, found.q
+    if not found.closed:
+        message = (
+            "no closed home was found in time"
+            if found.out_of_time
+            else "the loops cannot be closed at home"
+        )
+        message += f": {_open_loops(mechanism, q)} at the nearest approach found"
+        if found.turned:
+            message += f"; {_turn_round(found.turned)}"
+        if found.out_of_time:
+            message += f"; {_gave_up(found, seconds)}"
+        elif not found.turned:
+            message += "; check the frames of the loops and the lengths of the links"
+        return [Fault(place(("home",) if source.home else ("loops",)), message)]
+    hint = f"; {_turn_round(found.turned)}" if found.turned else ""
+    hint += f"; {_gave_up(found, seconds)}" if found.out_of_time else ""
+    faults: list[Fault] = []
+    for joint, value in source.home.items():
+        k = mechanism.coordinate(joint)
+        moved = q[k] - value
+        if abs(moved) > HOME_TOLERANCE:
+            shown, most = (
+                (f"{math.degrees(moved):+.3g} deg", f"{math.degrees(HOME_TOLERANCE):.3g} deg")
+                if mechanism.revolving[k]
+                else (f"{1e3 * moved:+.3g} mm", f"{1e3 * HOME_TOLERANCE:.3g} mm")
+            )
+            message = f"assembly has to move joint {joint!r} by {shown} (at most {most} allowed)"
+            if not faults:  # once is enough
+                now = ", ".join(f"{j}: {q[mechanism.coordinate(j)]:.4f}" for j in source.home)
+                message += f"; the nearest closed home found has, in rad and m, {now}{hint}"
+            faults.append(Fault(place(("home", joint)), message))
+    if faults:
+        return faults
+    beyond = open_cones(mechanism, q)
+    places = [("loops", k, "limit") for k, name in enumerate(mechanism.loops) if name in beyond]
+    breaches = limit_breaches(mechanism, q)
+    # Cones come last.
+    wheres = [("home",)] * (len(breaches) - len(places)) + places
+    return [
+        Fault(place(where), f"the closed home breaks a limit: {breach}{hint}")
+        for where, breach in zip(wheres, breaches, strict=True)
+    ]
 
 
 def _open_loops(mechanism: Mechanism, q: Array) -> str:
@@ -166,8 +175,27 @@ def _open_loops(mechanism: Mechanism, q: Array) -> str:
     data = mechanism.model.createData()
     pin.forwardKinematics(mechanism.model, data, q)
     texts = []
-    for name, loop in mechanism.loops.items():
-        size = gap(loop, relative_placement(loop, data), mechanism.length)
-        if size > 1e-9 * mechanism.length:
-            texts.append(f"loop {name} by {1e3 * size:.3g} mm")
-    return ", ".join(texts)
+    for name, (apart, turned) in loop_gaps(mechanism, data).items():
+        parts = []
+        if apart > 1e-9 * mechanism.length:
+            parts.append(f"{1e3 * apart:.3g} mm")
+        if turned > 1e-9:
+            parts.append(f"{math.degrees(turned):.3g} deg")
+        if parts:
+            texts.append(f"loop {name} by {' and '.join(parts)}")
+    return ", ".join(texts) or "they are not closed to the last digits"
+
+
+def _turn_round(fault: str) -> str:
+    return (
+        f"near the listed home they close only with a frame turned: {fault}; turn one of them "
+        "round, or list values nearer to the configuration that is meant"
+    )
+
+
+def _gave_up(found: Search, seconds: float) -> str:
+    return (
+        f"gave up after {seconds:.3g} s and {found.tried} of {found.starts} attempts: "
+        "list more joints under home, nearer to the closed configuration, or allow more time "
+        "(assembly_seconds)"
+    )

@@ -126,7 +126,7 @@ class InverseSolver:
             if start is mechanism.home.q:
                 quick.predict_from_home(q, target - start[self.held])
             # Within its limits no passive joint has flipped through its lock.
-            if quick.solve(q) and not limit_breaches(mechanism, q):
+            if quick.solve(q) and not limit_breaches(mechanism, q, cones=self.limits):
                 self._count = quick.iterations
                 return self._finish(q, quick=True)
             q = start.copy()
@@ -220,7 +220,7 @@ class InverseSolver:
     def _accept(self, q: Array, start: Array) -> bool:
         """Labels of a q that closes, and its limits: within them no passive joint has flipped."""
         wrap_towards(self.mechanism, q, start, self.free)
-        if limit_breaches(self.mechanism, q):
+        if limit_breaches(self.mechanism, q, cones=self.limits):
             return False
         return self._same_mode(q)
 
@@ -336,7 +336,7 @@ class InverseSolver:
         """Outputs that are beyond the limits of their own joints."""
         q = np.clip(0.0, self.mechanism.lower, self.mechanism.upper)
         q[self.held] = target
-        return limit_breaches(self.mechanism, q)
+        return limit_breaches(self.mechanism, q, cones=False)
 
     def _search(self, target: Array, start: Array, limb: str = "") -> Solution | None:
         """A refusal if there is no closed configuration at all, as far as searches can tell."""

@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.kinematics.blocks import Block
+from pinmech.kinematics.cones import cone_breaches, limited_loops
 from pinmech.kinematics.labels import Labels, labels
 from pinmech.kinematics.limbequation import (
     HOLDS,
@@ -160,7 +161,7 @@ class LimbSolver:
             if agreement < -_BOTH:
                 continue
             wrap_towards(self.mechanism, trial, q, block.free)
-            breaches = limit_breaches_of(self.mechanism, trial, block.free)
+            breaches = self._breaches(trial)
             if breaches:
                 # Of the solutions beyond limits the one that is least so: first of all, it should
                 # not have a passive joint flipped through its lock.
@@ -291,6 +292,16 @@ class LimbSolver:
             least = min(least, slope * sign if abs(off) < HOLDS else _OFF)
         return least
 
+    def _breaches(self, q: Array) -> list[str]:
+        """The limit breaches of this limb's joints, ball joints and universal joints included."""
+        part = np.clip(q, self.mechanism.lower, self.mechanism.upper)
+        part[self.block.free] = q[self.block.free]
+        found = limit_breaches(self.mechanism, part, cones=False)
+        if self.limits and limited_loops(self.mechanism):
+            loops = self.mechanism.limbs[self.block.limb].loops
+            found += cone_breaches(self.mechanism, q, loops)
+        return found
+
     def _turned_round(self) -> bool:
         """True when the limb closes with two axes in opposite directions, as no real joint does."""
         loops = self.mechanism.limbs[self.block.limb].loops
@@ -360,10 +371,3 @@ def _beyond(mechanism: Mechanism, q: Array, coordinates: Array) -> tuple[float, 
     over = np.maximum(mechanism.lower - q, q - mechanism.upper)[coordinates]
     passive = ~np.isin(coordinates, mechanism.actuator_coordinates)
     return float(over[passive].max(initial=0.0)), float(over.max(initial=0.0))
-
-
-def limit_breaches_of(mechanism: Mechanism, q: Array, coordinates: Array) -> list[str]:
-    """The limit breaches of some coordinates only."""
-    part = np.clip(q, mechanism.lower, mechanism.upper)
-    part[coordinates] = q[coordinates]
-    return limit_breaches(mechanism, part)

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pinmech.kinematics.arguments import LARGEST, guess_state, matrix, numbers, sensible
+from pinmech.kinematics.cones import limited_loops, within_cones
 from pinmech.kinematics.forward import CONSISTENT, ForwardSolver
 from pinmech.kinematics.inverse import InverseSolver
 from pinmech.kinematics.labels import wanted_signs
@@ -253,6 +254,8 @@ class _Runner:
         if self.limits:
             low, high = self.mechanism.lower - 1e-9, self.mechanism.upper + 1e-9
             good &= ((q[part] >= low) & (q[part] <= high)).all(axis=1)
+            if limited_loops(self.mechanism):
+                good &= within_cones(self.mechanism, q[part])
         if self.check is not None:
             good &= self.check(part, q[part])
         bad = np.flatnonzero(~good)

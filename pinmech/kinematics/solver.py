@@ -6,12 +6,14 @@ are a pose, what the platform shall do. The inner loop allocates little and call
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 from scipy.linalg import lapack
 
+from pinmech.kinematics.cones import cone_breaches
 from pinmech.kinematics.state import CLOSED
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
@@ -196,6 +198,7 @@ def minimise(
     iterations: int = 100,
     effort: Array | None = None,
     stall: float = 1e-14,
+    check: Callable[[], None] | None = None,
 ) -> float:
     """Levenberg–Marquardt in place from q; returns the scaled residual that remains.
 
@@ -205,6 +208,7 @@ def minimise(
     Args:
         effort: (n_free,) how reluctantly each coordinate moves, 1 = as usual.
         stall: stop when a step gains less than this part of the squared residual.
+        check: called before every iteration; what it raises ends the run.
     """
     length, free = problem.length, problem.free
     metric = problem.weights if effort is None else problem.weights * effort
@@ -212,6 +216,8 @@ def minimise(
     e = problem.residual(system, q)
     cost = float(e.dot(e))
     for _ in range(iterations):
+        if check is not None:
+            check()
         if np.sqrt(cost) <= 1e-11 * length or not np.isfinite(cost):
             break
         a = problem.matrix(system) / metric
@@ -244,12 +250,18 @@ def minimise(
     return float(np.sqrt(cost)) / length
 
 
-def nearest(problem: Problem, system: ClosureSystem, q: Array) -> float:
+def nearest(
+    problem: Problem,
+    system: ClosureSystem,
+    q: Array,
+    check: Callable[[], None] | None = None,
+) -> float:
     """Newton on the gradient of the squared residual, in place from where :func:`minimise` ended;
     returns the scaled residual that remains.
 
     Where a residual remains, Levenberg–Marquardt crawls (its second derivative lacks the
-    residual's part) and stops up to a percent short of the nearest approach.
+    residual's part) and stops up to a percent short of the nearest approach. ``check`` is called
+    before every iteration; what it raises ends the run.
     """
     length, free, weights = problem.length, problem.free, problem.weights
     step = 1e-5
@@ -260,6 +272,8 @@ def nearest(problem: Problem, system: ClosureSystem, q: Array) -> float:
 
     cost, slope = gradient(q)
     for _ in range(20):
+        if check is not None:
+            check()
         hessian = np.empty((len(free), len(free)))
         for k, index in enumerate(free):
             ahead, behind = q.copy(), q.copy()
@@ -302,10 +316,15 @@ def wrap_towards(mechanism: Mechanism, q: Array, start: Array, free: Array) -> N
         q[k] = value
 
 
-def limit_breaches(mechanism: Mechanism, q: Array) -> list[str]:
-    """Which joints are outside their limits, as readable texts."""
+def limit_breaches(mechanism: Mechanism, q: Array, *, cones: bool = True) -> list[str]:
+    """Which joints are outside their limits, as readable texts: those of the tree and, with
+    ``cones``, the ball joints and universal joints of the loops.
+
+    q (nq,) may leave loops open only with ``cones=False``: an open loop has no meaningful cone.
+    """
+    beyond = cone_breaches(mechanism, q) if cones else []
     if (q >= mechanism.lower - 1e-9).all() and (q <= mechanism.upper + 1e-9).all():
-        return []
+        return beyond
     texts = []
     for k, name in enumerate(mechanism.joints):
         value, low, high = q[k], mechanism.lower[k], mechanism.upper[k]
@@ -321,4 +340,4 @@ def limit_breaches(mechanism: Mechanism, q: Array) -> list[str]:
                 f"joint {name} at {1e3 * value:.4g} mm "
                 f"(limits {1e3 * low:.4g} .. {1e3 * high:.4g} mm)"
             )
-    return texts
+    return texts + beyond

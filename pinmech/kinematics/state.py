@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError, UnknownNameError
+from pinmech.kinematics.cones import cone_angles
 from pinmech.mechanism.closures import gap, origin_distance, relative_placement, sense_fault
 from pinmech.mechanism.mechanism import Mechanism
 
@@ -105,6 +106,12 @@ class ClosedState:
                 for name, loop in mech.loops.items()
             }
         )
+
+    @cached_property
+    def cones(self) -> Mapping[str, float]:
+        """Loop name -> angle [rad] of each ball joint (between housing and stud) and universal
+        joint (between its shafts) that the description limits."""
+        return MappingProxyType(cone_angles(self.mechanism, self._data))
 
     @cached_property
     def mode(self) -> Mapping[str, int | None]:

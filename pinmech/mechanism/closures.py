@@ -23,6 +23,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError
+from pinmech.mechanism.cones import Cone
 
 Array = np.ndarray
 
@@ -83,12 +84,14 @@ class Loop:
         type: spherical, revolute, universal, cylindrical, prismatic, planar or fixed.
         frames: the two frames that belong together when the loop is closed.
         rows: slice of this loop's rows in the closure Jacobian.
+        limit: the cone that a spherical or universal joint allows, None for no limit.
     """
 
     name: str
     type: str
     frames: tuple[Frame, Frame]
     rows: slice
+    limit: Cone | None = None
 
 
 def relative_placement(loop: Loop, data: pin.Data) -> pin.SE3:
@@ -138,7 +141,7 @@ def sense_fault(loop: Loop, placement: pin.SE3) -> str | None:
         if placement.rotation[axis, axis] < 0:
             return (
                 f"loop {loop.name}: the {'xyz'[axis]} axes of its two frames point in opposite "
-                "directions; turn one of the frames round"
+                "directions"
             )
     return None
 

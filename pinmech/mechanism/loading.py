@@ -6,6 +6,7 @@ Pinocchio before it is known to exist.
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -19,6 +20,7 @@ import pinocchio as pin
 
 from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError, suggest
 from pinmech.mechanism.closures import ROWS, Frame, Loop
+from pinmech.mechanism.cones import JOINT_NAMES, cone
 from pinmech.mechanism.limbs import find_limbs
 from pinmech.mechanism.mechanism import Actuator, Mechanism, Outputs
 from pinmech.mechanism.spec import OUTPUT_COUNT, Description, FrameSpec
@@ -218,6 +220,9 @@ def _reference_faults(document: Document, urdf: Urdf | None) -> list[Fault]:
     names(((("loops", k, "name"), loop.get("name")) for k, loop in loops), "loop")
     known = names(((("actuators", k, "name"), a.get("name")) for k, a in actuators), "actuator")
     names(((("actuators", k, "joint"), a.get("joint")) for k, a in actuators), "driven joint")
+    for k, loop in loops:
+        for message, location in _cone_faults(loop):
+            fault(message, "loops", k, "limit", *location)
     for k, actuator in actuators:
         if is_finite(actuator.get("scale")) and actuator["scale"] == 0.0:
             fault("scale must not be 0", "actuators", k, "scale")
@@ -270,6 +275,28 @@ def _reference_faults(document: Document, urdf: Urdf | None) -> list[Fault]:
     return faults
 
 
+def _cone_faults(loop: dict[str, Any]) -> list[tuple[str, Place]]:
+    """What is wrong with the limit of a loop, and where in it."""
+    limit, kind = loop.get("limit"), loop.get("type")
+    if limit is None:
+        return []
+    if isinstance(kind, str) and kind in ROWS and kind not in JOINT_NAMES:
+        known = " and ".join(JOINT_NAMES)
+        return [(f"only {known} closures can have a limit; this one is {kind}", ())]
+    faults: list[tuple[str, Place]] = []
+    axes = limit.get("axes") if isinstance(limit, dict) else None
+    for j, axis in enumerate(axes if isinstance(axes, list) else ()):
+        if not (isinstance(axis, list) and len(axis) == 3 and all(map(is_finite, axis))):
+            continue  # the schema says so
+        x, y, z = (float(value) for value in axis)
+        if math.hypot(x, y, z) < 1e-9:
+            faults.append(("an axis must not be zero", ("axes", j)))
+        elif kind == "universal" and math.hypot(x, y) < 1e-6 * abs(z):
+            message = "the axis of a shaft cannot lie along z: that is the pin of the joint"
+            faults.append((message, ("axes", j)))
+    return faults
+
+
 def build_mechanism(
     description: Description,
     urdf: Urdf,
@@ -282,7 +309,9 @@ def build_mechanism(
     loops, row = [], 0
     for spec in description.loops:
         first, second = (_frame(frame, frames) for frame in spec.frames)
-        loops.append(Loop(spec.name, spec.type, (first, second), slice(row, row + ROWS[spec.type])))
+        limit = cone(spec.limit.axes, spec.limit.angle) if spec.limit else None
+        rows = slice(row, row + ROWS[spec.type])
+        loops.append(Loop(spec.name, spec.type, (first, second), rows, limit))
         row += ROWS[spec.type]
 
     moving = list(model.names)[1:]

@@ -6,6 +6,7 @@ needs the URDF (do the frames exist?) is checked in :mod:`pinmech.mechanism.load
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, FiniteFloat, Tag
@@ -54,6 +55,18 @@ FrameOrLink = Annotated[
 ]
 
 
+class ConeSpec(_Strict):
+    """How far a ball joint or a universal joint may tilt."""
+
+    axes: Annotated[list[Vector3], Field(min_length=2, max_length=2)] = Field(
+        description="the housing's axis in the first frame, the stud's in the second; of a "
+        "universal joint the axes of its two shafts"
+    )
+    angle: Annotated[FiniteFloat, Field(gt=0, le=math.pi)] = Field(
+        description="largest angle between the two axes [rad]"
+    )
+
+
 class LoopSpec(_Strict):
     """One loop closure: two frames that belong together when the loop is closed."""
 
@@ -64,6 +77,9 @@ class LoopSpec(_Strict):
         "fixed: frames coincide"
     )
     frames: Annotated[list[FrameOrLink], Field(min_length=2, max_length=2)]
+    limit: ConeSpec | None = Field(
+        default=None, description="cone of a spherical closure, tilt of a universal one"
+    )
 
 
 class ActuatorSpec(_Strict):

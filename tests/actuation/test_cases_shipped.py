@@ -50,7 +50,9 @@ def first(name: str, load_case: str) -> Array:
 def test_each_mechanism_has_a_case() -> None:
     assert set(CASES) < set(cases())
     sized = {load_case_file(name).mechanism.name for name in cases()}
-    assert {"antenna_3rsu", "spherical_3paur", "decoupled_pf", "decoupled_4r", "gpr_3ps"} <= sized
+    # The antenna with real ball joints: a case is about parts.
+    wanted = {"antenna_3rsu_cones", "spherical_3paur", "decoupled_pf", "decoupled_4r", "gpr_3ps"}
+    assert wanted <= sized
 
 
 @pytest.mark.parametrize("name", CASES)

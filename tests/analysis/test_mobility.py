@@ -57,6 +57,7 @@ ROBOTS: dict[str, tuple[Callable[[], pm.Mechanism], int, int, int, int, int]] = 
 # dof, finite dof, rows, rank, overconstraint, Kutzbach's count
 BUILT_IN: dict[str, tuple[int, int, int, int, int, int]] = {
     "antenna_3rsu": (2, 2, 9, 9, 0, 2),
+    "antenna_3rsu_cones": (2, 2, 9, 9, 0, 2),
     "antenna_3rsu_wide": (2, 2, 9, 9, 0, 2),
     "antenna_3rsu_s": (3, 3, 9, 9, 0, 3),
     "spherical_3paur": (3, 3, 25, 13, 12, -9),
@@ -69,6 +70,7 @@ BUILT_IN: dict[str, tuple[int, int, int, int, int, int]] = {
 #: Outputs away from home [rad or m], where no symmetry helps.
 ELSEWHERE: dict[str, list[float]] = {
     "antenna_3rsu": [0.2, -0.1],
+    "antenna_3rsu_cones": [0.2, -0.1],
     "antenna_3rsu_wide": [0.2, -0.1],
     "antenna_3rsu_s": [0.2, -0.1, 0.05],
     "spherical_3paur": [0.3, -0.5, 0.2],

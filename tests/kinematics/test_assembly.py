@@ -106,11 +106,11 @@ def test_every_joint_that_had_to_move_is_listed_with_its_unit() -> None:
     home = with_home(small, j0=0.4, j1=0.4, j2=0.4)
     found = faults(home, small.urdf)
     assert {fault.where.split(".")[-1] for fault in found} == {"j0", "j1", "j2"}
-    assert all(" rad " in fault.message for fault in found)
+    assert all(" deg (at most 2.86 deg allowed)" in fault.message for fault in found)
     cart = free_body("fixed")
     found = faults(with_home(cart, j0=0.2, j3_0=0.0), cart.urdf)
     assert len(found) == 1
-    assert re.search(r"joint 'j0' by -0\.2 m ", found[0].message)
+    assert re.search(r"joint 'j0' by -200 mm \(at most 50 mm allowed\)", found[0].message)
 
 
 def test_limits_choose_the_branch() -> None:

@@ -347,7 +347,7 @@ def test_home_left_open_names_the_joint_and_the_way(tmp_path: Path) -> None:
     for where, message in found:
         assert where.startswith("bars.yaml:14 home.")
         assert "assembly has to move joint" in message
-        assert "0.05" in message
+        assert " deg (at most 2.86 deg allowed)" in message
 
 
 def test_an_entry_with_a_fault_is_still_looked_at(tmp_path: Path) -> None:

@@ -111,13 +111,32 @@ def test_cranks_beyond_their_range_are_never_answered() -> None:
 # --------------------------------------------------------------------------------- singular
 
 
+@functools.cache
+def to_the_flat() -> pm.Mechanism:
+    """The 3-PaUR whose cranks go as far as the flat parallelogram."""
+    return pm.designs.spherical_3paur(crank_margin=0.0)
+
+
+@pytest.mark.parametrize("s", [[1, 0, 0], [0, 1, 0], [0, 0, 1]], ids=["w2", "w3", "w1"])
+def test_cranks_stop_1_deg_before_the_flat_parallelogram(s: list[int]) -> None:
+    for degrees, fine in ((88.9, True), (89.1, False), (89.9, False)):
+        target = np.deg2rad(degrees) * np.array(s, dtype=float)
+        solution = pm.inverse(load("spherical_3paur"), target)
+        assert solution.success == fine
+        if not fine:
+            assert solution.status == "limit"
+            assert "joint crank" in solution.message
+        # All that is lost is what the stops take away.
+        assert pm.inverse(to_the_flat(), target).success
+
+
 @pytest.mark.parametrize("s", [[1, 0, 0], [0, 1, 0], [0, 0, 1]], ids=["w2", "w3", "w1"])
 @pytest.mark.parametrize("gap", [0.0, 1e-9, 1e-6, 1e-3, 0.05])
 def test_at_w_along_minus_u(s: list[int], gap: float) -> None:
     """s = 90 deg about an axis: w = -u. An answer holds what was asked and closes; it is called
-    singular by the analysis, or refused."""
+    singular by the analysis, or refused. (The committed cranks stop 1 deg before that.)"""
     target = (np.pi / 2 - gap) * np.array(s, dtype=float)
-    solution = pm.inverse(load("spherical_3paur"), target)
+    solution = pm.inverse(to_the_flat(), target)
     if solution.success:
         state = solution.unwrap()
         np.testing.assert_allclose(state.platform.rotation, oracle.exp(target), atol=1e-9)
