@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.arguments import closed
+from pinmech.kinematics.arguments import closed, numbers
 from pinmech.kinematics.scaling import frame_twist, null_space
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
@@ -65,7 +65,7 @@ class LimbScrews(Mapping[str, ScrewSystem]):
     platform: ScrewSystem
 
     def __getitem__(self, limb: str) -> ScrewSystem:
-        if limb not in self.limbs:
+        if not isinstance(limb, str) or limb not in self.limbs:
             raise UnknownNameError("limb", str(limb), self.limbs)
         return self.limbs[limb]
 
@@ -89,7 +89,7 @@ def limb_screws(state: ClosedState, *, at: Array | None = None, locked: bool = F
         InputError: the point is not three finite numbers.
     """
     mechanism = closed(state).mechanism
-    point = state.platform.translation.copy() if at is None else np.array(at, dtype=float)
+    point = state.platform.translation.copy() if at is None else numbers(at, "reference point coordinate")
     if point.shape != (3,) or not np.isfinite(point).all():
         raise InputError(f"the reference point must be three finite numbers, is {at!r}")
     driven = {a.coordinate for a in mechanism.actuators.values()} if locked else set()

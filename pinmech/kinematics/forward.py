@@ -8,7 +8,7 @@ from itertools import combinations, islice
 import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.arguments import guess_state, vector
+from pinmech.kinematics.arguments import asked, guess_state, vector
 from pinmech.kinematics.branch import fully_labelled, meeting_limbs
 from pinmech.kinematics.limbsolve import starts
 from pinmech.kinematics.motion import (
@@ -88,7 +88,7 @@ def forward(
         InputError: non-finite or wrongly shaped values, or actuators that do not determine the
             pose even at a generic configuration.
     """
-    names = tuple(mechanism.actuators)
+    names = tuple(asked(mechanism, limits=limits, tolerance=tolerance).actuators)
     if isinstance(actuators, Mapping):
         for name in actuators:
             if name not in names:
