@@ -21,6 +21,7 @@ from pinmech.actuation.sizing_rows import (
     headings,
     notes,
 )
+from pinmech.errors import UnknownNameError
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +53,13 @@ class SizingTable:
         """The row of a load case, drive and actuator.
 
         Raises:
-            KeyError: there is none.
+            UnknownNameError: there is none.
         """
         for row in self.rows:
             if (row.load_case, row.drive, row.actuator) == (load_case, drive, actuator):
                 return row
-        raise KeyError((load_case, drive, actuator))
+        known = [f"{row.load_case} / {row.drive} / {row.actuator}" for row in self.rows]
+        raise UnknownNameError("row", " / ".join(map(str, (load_case, drive, actuator))), known)
 
     @property
     def notes(self) -> list[str]:

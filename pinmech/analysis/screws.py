@@ -89,7 +89,11 @@ def limb_screws(state: ClosedState, *, at: Array | None = None, locked: bool = F
         InputError: the point is not three finite numbers.
     """
     mechanism = closed(state).mechanism
-    point = state.platform.translation.copy() if at is None else numbers(at, "reference point coordinate")
+    point = (
+        state.platform.translation.copy()
+        if at is None
+        else numbers(at, "reference point coordinate")
+    )
     if point.shape != (3,) or not np.isfinite(point).all():
         raise InputError(f"the reference point must be three finite numbers, is {at!r}")
     driven = {a.coordinate for a in mechanism.actuators.values()} if locked else set()

@@ -118,6 +118,12 @@ class Path(Sealed):
                     "come from inverse_path and forward_path"
                 )
             object.__setattr__(self, name, frozen(array))
+        odd = np.flatnonzero(self.success != (self.status == "ok"))
+        if len(odd):
+            raise InputError(
+                f"row {odd[0]} of a path has status {str(self.status[odd[0]])!r}, but success is "
+                f"{bool(self.success[odd[0]])}; they must agree"
+            )
         object.__setattr__(self, "messages", Table(self.messages))
 
     def __len__(self) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from decimal import Decimal
 from itertools import chain
 from numbers import Real
+from pathlib import Path
 
 import numpy as np
 
@@ -95,6 +96,46 @@ def whole(value: object, what: str) -> int:
     if isinstance(value, int | np.integer) and not isinstance(value, bool):
         return int(value)
     raise InputError(f"{what} must be a whole number, is {shown(value)}")
+
+
+def names_of(values: object, what: str) -> tuple[str, ...]:
+    """A list of names.
+
+    Args:
+        values: the names.
+        what: what they name, in the singular, for the message.
+
+    Raises:
+        InputError: a text (one name is [name]), or entries that are no texts.
+    """
+    if isinstance(values, Iterable) and not isinstance(values, str | bytes):
+        names = tuple(values)
+        if all(isinstance(name, str) for name in names):
+            return names
+    raise InputError(f"{what}s must be a list of names, like ['a', 'b'], are {shown(values)}")
+
+
+def one_of(value: object, known: Iterable[str], what: str) -> str:
+    """A word out of a few.
+
+    Raises:
+        InputError: another one; names those that are known.
+    """
+    known = tuple(known)
+    if isinstance(value, str) and value in known:
+        return value
+    raise InputError(f"unknown {what} {shown(value)}; known: {', '.join(known)}")
+
+
+def file_path(value: object, what: str) -> Path:
+    """A path from a path or a text.
+
+    Raises:
+        InputError: neither.
+    """
+    if isinstance(value, str | Path) and str(value).strip():
+        return Path(value)
+    raise InputError(f"{what} must be a path, is {shown(value)}")
 
 
 def shown(value: object) -> str:
