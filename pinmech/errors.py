@@ -15,7 +15,20 @@ from typing import Any
 
 
 class PinmechError(Exception):
-    """Root of every error that pinmech raises on purpose."""
+    """Root of every error that pinmech raises on purpose. It pickles with all its data."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Python would call the class with the message alone, which fails in the process that
+        # receives it: a pool then waits for ever.
+        return _revived, (type(self), self.args, self.__dict__)
+
+
+def _revived(kind: type[PinmechError], args: tuple[Any, ...], data: dict[str, Any]) -> PinmechError:
+    """An error out of a pickle, without the constructor of its class."""
+    error = kind.__new__(kind, *args)
+    super(PinmechError, error).__init__(*args)
+    error.__dict__.update(data)
+    return error
 
 
 class InputError(PinmechError, ValueError):
@@ -33,7 +46,8 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        super().__init__(f"unknown {kind} {name!r}; {suggest(str(name), self.known)}")
+        shown = repr(name) if len(str(name)) <= 200 else repr(str(name)[:200]) + "..."
+        super().__init__(f"unknown {kind} {shown}; {suggest(str(name)[:200], self.known)}")
 
 
 @dataclass(frozen=True)

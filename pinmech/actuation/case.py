@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -35,8 +35,10 @@ from pinmech.errors import (
     suggest,
 )
 from pinmech.kinematics.assembly import load
-from pinmech.mechanism.loading import data_folder
+from pinmech.kinematics.state import check_mechanism
+from pinmech.mechanism.loading import data_folder, is_file
 from pinmech.mechanism.mechanism import Mechanism, Outputs
+from pinmech.mechanism.numeric import file_path, names_of, shown
 from pinmech.mechanism.yamlfile import Document, parse, read_text, salvage, structural_faults
 
 Motion = Trajectory | profiles.Profile
@@ -93,7 +95,26 @@ class Case:
     path: Path | None = None
 
     def __post_init__(self) -> None:
-        outputs = self.mechanism.outputs
+        outputs = check_mechanism(self.mechanism).outputs
+        if not isinstance(self.load_cases, Iterable) or isinstance(self.load_cases, str):
+            raise InputError(f"load_cases must be a list of LoadCase, is {shown(self.load_cases)}")
+        object.__setattr__(self, "load_cases", tuple(self.load_cases))
+        for case in self.load_cases:
+            if not isinstance(case, LoadCase):
+                raise InputError(f"load_cases must be a list of LoadCase, holds {shown(case)}")
+            for what, text in (("name", case.name), ("source", case.source)):
+                if not isinstance(text, str):
+                    raise InputError(f"the {what} of a load case must be a text, is {shown(text)}")
+            if not isinstance(case.motion, Trajectory | profiles.Profile):
+                raise InputError(
+                    f"load case {case.name!r} needs a Trajectory or a profile as its motion, has "
+                    f"{shown(case.motion)}"
+                )
+        for what, text in (("name", self.name), ("title", self.title)):
+            if not isinstance(text, str):
+                raise InputError(f"the {what} of a case must be a text, is {shown(text)}")
+        names_of(self.drives, "drive")
+        names_of(self.assumptions, "assumption")
         cases = tuple(
             replace(c, motion=c.motion.matched(outputs)) if isinstance(c.motion, Trajectory) else c
             for c in self.load_cases
@@ -133,9 +154,10 @@ def find_case(name_or_path: str | Path) -> Path:
 
     Raises:
         UnknownNameError: neither a name of such a case nor a file.
+        InputError: not a path at all.
     """
-    path = Path(name_or_path)
-    if path.suffix.lower() in (".yaml", ".yml") or path.is_file():
+    path = file_path(name_or_path, "a case, if it is no Case,")
+    if path.suffix.lower() in (".yaml", ".yml") or is_file(path):
         return path
     if str(name_or_path) in cases():
         return _folder() / f"{name_or_path}.yaml"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from pinmech.actuation.loads import Loads, friction_forces, loaded_model
+from pinmech.actuation.loads import Loads, friction_forces, given_loads, loaded_model
 from pinmech.actuation.sharing import check_sharing, share
 from pinmech.errors import InputError, SingularError, UnknownNameError
 from pinmech.kinematics.arguments import Values, closed, numbers, vector
@@ -28,6 +28,7 @@ from pinmech.mechanism.closures import (
     row_wrenches,
 )
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import one_of, shown
 
 Array = np.ndarray
 
@@ -87,7 +88,7 @@ def inverse_dynamics(
     names, coordinates = mechanism.drive(drive), mechanism.drive_coordinates(drive)
     scales = np.array([mechanism.actuators[name].scale for name in names])
     weights = check_sharing(sharing, drive_limits(mechanism, names))
-    tree = open_tree(state, rates, accelerations, loads if loads is not None else Loads())
+    tree = open_tree(state, rates, accelerations, given_loads(loads))
     motion, required = np.hstack([tree.motion, tree.loose]), tree.required
     force = motion.T @ required
     shared = share(motion[coordinates].T * scales, force, weights)
@@ -266,17 +267,21 @@ def forward_dynamics(
         InputError, UnknownNameError: malformed arguments, or a velocity that opens a loop.
     """
     mechanism = closed(state).mechanism
-    loads = loads if loads is not None else Loads()
-    v = numbers(velocity, "velocity")
+    loads = given_loads(loads)
+    v = numbers(velocity, "joint velocity value")
     if v.shape != (mechanism.model.nv,) or not np.isfinite(v).all():
         raise InputError(f"velocity must be {mechanism.model.nv} finite numbers, has {v.shape}")
     effort = np.zeros(mechanism.model.nv)
+    if not isinstance(torques, Mapping):
+        raise InputError(
+            f"torques must map actuators to torques, like {{'{next(iter(mechanism.actuators))}': "
+            f"1.0}} (empty for none), is {shown(torques)}"
+        )
     names = tuple(torques)
     for name, value in zip(names, _known(mechanism, torques), strict=True):
         actuator = mechanism.actuators[name]
         effort[actuator.coordinate] += actuator.scale * value
-    if method not in ("reduced", "constraintDynamics"):
-        raise InputError(f"unknown method {method!r}; known: reduced, constraintDynamics")
+    one_of(method, ("reduced", "constraintDynamics"), "method")
     model = loaded_model(mechanism, loads)
     with mechanism.scratch() as system:
         system.evaluate(state.q)

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pinocchio as pin
 from scipy.linalg import lapack
 
 from pinmech.actuation.dynamics import drive_limits, open_tree, unbalanced_message
-from pinmech.actuation.loads import Loads, friction_forces, loaded_model
+from pinmech.actuation.loads import Loads, friction_forces, given_loads, loaded_model
 from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
 from pinmech.errors import InputError, SingularError
+from pinmech.kinematics.arguments import asked
 from pinmech.kinematics.firstorder import loose_freedoms
 from pinmech.kinematics.rates import check_rates
+from pinmech.kinematics.rows import check_rows_closed
 from pinmech.kinematics.scaling import frame_twist
 from pinmech.kinematics.solution import Path
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import shown
+from pinmech.mechanism.same_geometry import same_geometry
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]
@@ -100,13 +104,16 @@ def inverse_dynamics_path(
 
     Args:
         mechanism: the mechanism.
-        path: from :func:`pinmech.inverse_path`; its failed rows fail here too.
+        path: from :func:`pinmech.inverse_path` or :func:`pinmech.forward_path`, of a mechanism
+            with the same geometry (masses and friction are those of ``mechanism``); its failed
+            rows fail here too.
         rates, accelerations: (N, n_out) of the outputs [rad/s, m/s; rad/s², m/s²].
         drive, sharing, loads: as for :func:`pinmech.inverse_dynamics`.
         progress: called with (poses done, N) now and then.
 
     Raises:
-        InputError, UnknownNameError: malformed arguments.
+        InputError, UnknownNameError: malformed arguments; a path of another geometry, or one whose
+            joint values were edited so that a loop is open.
     """
     demand = demand_path(mechanism, path, rates, accelerations, loads=loads, progress=progress)
     return share_path(mechanism, path, demand, rates, drive=drive, sharing=sharing)
@@ -122,12 +129,22 @@ def demand_path(
     progress: Progress | None = None,
 ) -> Demand:
     """What the motion demands of whichever drive: compute once, then share among drives."""
-    if path.mechanism.joints != mechanism.joints:
-        raise InputError(f"the path belongs to another mechanism, {path.mechanism.name}")
+    asked(mechanism, progress=progress)
+    if not isinstance(path, Path):
+        raise InputError(f"path must be a Path, from inverse_path, is {shown(path)}")
+    if not same_geometry(path.mechanism, mechanism):
+        raise InputError(
+            f"the path belongs to another mechanism, {path.mechanism.name}: its geometry (joints, "
+            f"placements, loops) is not that of this {mechanism.name}; solve the path for this one"
+        )
+    check_rows_closed(mechanism, path.q, path.success, "path")
+    path = replace(
+        path, mechanism=mechanism
+    )  # masses and friction of this one, in all that follows
     count = len(path)
     rate = check_rates(mechanism, rates, count, "rates")
     acceleration = check_rates(mechanism, accelerations, count, "accelerations")
-    loads = loads if loads is not None else Loads()
+    loads = given_loads(loads)
     nv, outputs = mechanism.model.nv, len(mechanism.outputs)
     loose = loose_freedoms(mechanism)
     motion = np.full((count, nv, outputs + loose), np.nan)

@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from pinmech.errors import InputError
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import number, numbers, shown
 
 Array = np.ndarray
 
@@ -21,12 +22,9 @@ REST = 1e-12
 
 
 def _tuple(values: object, shape: tuple[int, ...], what: str) -> tuple:
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        array = np.full(1, np.nan)
+    array = numbers(values, f"{what} value")
     if array.shape != shape or not np.isfinite(array).all():
-        raise InputError(f"{what} must be finite numbers of shape {shape}, is {values!r}")
+        raise InputError(f"{what} must be finite numbers of shape {shape}, is {shown(values)}")
     return tuple(map(tuple, array.tolist())) if len(shape) == 2 else tuple(array.tolist())
 
 
@@ -48,7 +46,8 @@ class Payload:
     inertia: Sequence[Sequence[float]] = ((0.0,) * 3,) * 3
 
     def __post_init__(self) -> None:
-        mass = _tuple([self.mass], (1,), "payload mass")[0]
+        mass = number(self.mass, "payload mass")
+        object.__setattr__(self, "mass", mass)
         if mass < 0:
             raise InputError(f"payload mass must be at least 0 kg, is {self.mass!r}")
         object.__setattr__(self, "com", _tuple(self.com, (3,), "payload com"))
@@ -86,13 +85,24 @@ class Loads:
         object.__setattr__(self, "gravity", _tuple(self.gravity, (3,), "gravity"))
         object.__setattr__(self, "wrench", _tuple(self.wrench, (6,), "wrench"))
         if self.payload is not None and not isinstance(self.payload, Payload):
-            raise InputError(f"payload must be a Payload, is {type(self.payload).__name__}")
+            raise InputError(f"payload must be a Payload, is {shown(self.payload)}")
+
+
+def given_loads(loads: Loads | None) -> Loads:
+    """The loads; gravity alone when there are none.
+
+    Raises:
+        InputError: they are no Loads.
+    """
+    if loads is not None and not isinstance(loads, Loads):
+        raise InputError(
+            f"loads must be Loads, as in pm.Loads(payload=pm.Payload(3.0)), is {shown(loads)}"
+        )
+    return Loads() if loads is None else loads
 
 
 def loaded_model(mechanism: Mechanism, loads: Loads) -> pin.Model:
     """The mechanism's open-tree model with the gravity and the payload of the loads."""
-    if not isinstance(loads, Loads):
-        raise InputError(f"loads must be Loads, is {type(loads).__name__}")
     model = mechanism.model.copy()
     model.gravity = pin.Motion(np.array([*loads.gravity, 0.0, 0.0, 0.0]))
     if loads.payload is not None and loads.payload.mass > 0:

@@ -8,7 +8,6 @@ velocity and acceleration, for 4-5-6-7 jerk too, zero at both ends.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -16,8 +15,11 @@ from typing import Literal
 import numpy as np
 
 from pinmech.actuation.rotations import orientation_rates
-from pinmech.actuation.trajectory import _ROTATION, Derivatives, _frozen
+from pinmech.actuation.trajectory import _ROTATION, Derivatives
 from pinmech.errors import InputError
+from pinmech.kinematics.arguments import LARGEST, sensible
+from pinmech.mechanism.frozen import Sealed, frozen
+from pinmech.mechanism.numeric import number, numbers, one_of, positive, shown
 
 Array = np.ndarray
 Law = Literal["poly345", "poly4567"]
@@ -28,11 +30,13 @@ LAWS: dict[str, tuple[float, ...]] = {
     "poly4567": (0, 0, 0, 0, 35, -84, 70, -20),
 }
 _SAMPLES = 401
+#: No motion takes longer [s] (30,000 years); squares of such times still fit a float.
+_LONGEST = 1e12
 _MOST_SAMPLES = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class Profile(Sealed):
     """A motion given by formula, sampled with its exact derivatives. Arrays are read-only.
 
     Attributes:
@@ -48,7 +52,7 @@ class Profile:
 
     def __post_init__(self) -> None:
         for name in ("time", "values", "rates", "accelerations"):
-            object.__setattr__(self, name, _frozen(getattr(self, name)))
+            object.__setattr__(self, name, frozen(numbers(getattr(self, name), f"{name} value")))
 
     @property
     def duration(self) -> float:
@@ -67,8 +71,7 @@ def law(name: str, s: Array) -> tuple[Array, Array, Array]:
         name: ``"poly345"`` or ``"poly4567"``.
         s: (N,) in 0..1 (dimensionless).
     """
-    if name not in LAWS:
-        raise InputError(f"unknown law {name!r}; known: {', '.join(LAWS)}")
+    one_of(name, LAWS, "law")
     p = np.polynomial.Polynomial(LAWS[name])
     # Both laws are odd about the middle: p(s) = 1 - p(1 - s). Rest is then exact at both ends.
     s = np.asarray(s, dtype=float)
@@ -106,6 +109,7 @@ def rest_to_rest(
     if first.shape != last.shape:
         raise InputError(f"start has {len(first)} outputs, goal has {len(last)}")
     time = _times(duration, step)
+    duration = float(time[-1])
     p, dp, ddp = law(law_name, time / duration)
     way = last - first
     values = first + p[:, None] * way
@@ -152,9 +156,11 @@ def sweep(
         )
     if (count != np.round(count)).any() or (count < 0).any():
         raise InputError(f"cycles must be whole numbers of at least 0, are {list(count)}")
-    if not (math.isfinite(ramp) and 0 < ramp <= 0.5):
-        raise InputError(f"ramp must lie above 0 and be at most 0.5, is {ramp!r}")
+    ramp = number(ramp, "ramp")
+    if not 0 < ramp <= 0.5:
+        raise InputError(f"ramp must lie above 0 and be at most 0.5, is {shown(ramp)}")
     time = _times(duration, step)
+    duration = float(time[-1])
     phi, dphi, ddphi = _ramped(time / duration, ramp)
     w = 2 * np.pi * count
     sin, cos = np.sin(phi[:, None] * w), np.cos(phi[:, None] * w)
@@ -182,6 +188,7 @@ def _ramped(s: Array, ramp: float) -> tuple[Array, Array, Array]:
 
 
 def _profile(time: Array, values: Array, rates: Array, second: Array, kind: str) -> Profile:
+    one_of(kind, ("joints", "orientation", "translation", "pose"), "kind of outputs")
     turning = _ROTATION.get(kind)
     if turning is not None:
         rates, second = rates.copy(), second.copy()
@@ -191,19 +198,19 @@ def _profile(time: Array, values: Array, rates: Array, second: Array, kind: str)
 
 
 def _vector(name: str, values: Sequence[float] | Array) -> Array:
-    array = np.asarray(values, dtype=float)
-    if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite numbers (n,), is {values!r}")
+    array = numbers(values, f"{name} value")
+    if array.ndim != 1 or not len(array) or not sensible(array).all():
+        raise InputError(f"{name} must be numbers (n,) within ±{LARGEST:.0e}, is {shown(values)}")
     return array
 
 
 def _times(duration: float, step: float | None) -> Array:
-    if not (math.isfinite(duration) and duration > 0):
-        raise InputError(f"duration must be a positive time [s], is {duration!r}")
+    duration = positive(duration, "duration", unit="s", most=_LONGEST)
     if step is None:
         return np.linspace(0.0, duration, _SAMPLES)
-    if not (math.isfinite(step) and 0 < step <= duration):
-        raise InputError(f"step must lie between 0 and the duration [s], is {step!r}")
+    step = number(step, "step")
+    if not 0 < step <= duration:
+        raise InputError(f"step must lie between 0 and the duration [s], is {shown(step)}")
     count = int(np.ceil(duration / step * (1 - 1e-12)))
     if count >= _MOST_SAMPLES:
         raise InputError(f"a step of {step} s makes {count + 1} samples: too many")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pinmech.errors import InputError
+from pinmech.mechanism.numeric import one_of
 
 Array = np.ndarray
 
@@ -42,8 +43,7 @@ def check_sharing(sharing: str, limits: Array) -> Array:
     Raises:
         InputError: unknown sharing, or "weighted" without effort limits.
     """
-    if sharing not in SHARINGS:
-        raise InputError(f"unknown sharing {sharing!r}; known: {', '.join(SHARINGS)}")
+    one_of(sharing, SHARINGS, "sharing")
     if sharing == "min_norm":
         return np.ones(len(limits))
     if not np.isfinite(limits).all():

@@ -20,8 +20,10 @@ from pinmech.actuation.dynamics_path import DynamicsPath, demand_path, share_pat
 from pinmech.actuation.sizing_rows import History, Sampling, SizingRow
 from pinmech.actuation.sizing_table import SizingTable
 from pinmech.errors import InputError
+from pinmech.kinematics.arguments import check_progress
 from pinmech.kinematics.path import inverse_path
 from pinmech.kinematics.solution import Path as PosePath
+from pinmech.mechanism.numeric import numbers
 
 Array = np.ndarray
 
@@ -65,7 +67,10 @@ def reduce_history(time: Array, torque: Array, speed: Array) -> Reduced:
     Raises:
         InputError: arrays of different shapes, or time that does not increase.
     """
-    time, torque, speed = (np.asarray(x, dtype=float) for x in (time, torque, speed))
+    time, torque, speed = (
+        numbers(values, f"{name} value")
+        for name, values in (("time", time), ("torque", torque), ("speed", speed))
+    )
     if time.ndim != 1 or not time.shape == torque.shape == speed.shape or len(time) < 2:
         raise InputError(
             f"time, torque and speed must be (N,) with N of at least 2, have {time.shape}, "
@@ -121,6 +126,7 @@ def size_actuators(case: Case | str | Path, progress: Progress | None = None) ->
     """
     if not isinstance(case, Case):
         case = load_case_file(case)
+    check_progress(progress)
     mechanism = case.mechanism
     told = _Progress(progress, 2 * sum(len(c.motion.time) for c in case.load_cases))
     rows: list[SizingRow] = []

@@ -21,6 +21,8 @@ from pinmech.actuation.sizing_rows import (
     headings,
     notes,
 )
+from pinmech.errors import UnknownNameError
+from pinmech.mechanism.numeric import file_path, flag, shown_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +54,16 @@ class SizingTable:
         """The row of a load case, drive and actuator.
 
         Raises:
-            KeyError: there is none.
+            UnknownNameError: there is none.
         """
+        wanted = (load_case, drive, actuator)
+        known = [f"{row.load_case} / {row.drive} / {row.actuator}" for row in self.rows]
+        if not all(isinstance(name, str) for name in wanted):
+            raise UnknownNameError("row", " / ".join(map(shown_name, wanted)), known)
         for row in self.rows:
-            if (row.load_case, row.drive, row.actuator) == (load_case, drive, actuator):
+            if (row.load_case, row.drive, row.actuator) == wanted:
                 return row
-        raise KeyError((load_case, drive, actuator))
+        raise UnknownNameError("row", " / ".join(wanted), known)
 
     @property
     def notes(self) -> list[str]:
@@ -88,7 +94,8 @@ class SizingTable:
             path: the file.
             envelope: write the envelope instead of the rows.
         """
-        rows = self.envelope if envelope else self.rows
+        path = file_path(path, "path")
+        rows = self.envelope if flag(envelope, "envelope") else self.rows
         header = [
             *KEYS,
             *(f"{c.key} [{c.unit(self.rows).replace('·', '.')}]" for c in COLUMNS),
@@ -109,6 +116,7 @@ class SizingTable:
 
     def to_markdown(self, path: str | Path | None = None) -> str:
         """Both tables, notes and remarks as Markdown; also written to ``path`` if given (UTF-8)."""
+        path = None if path is None else file_path(path, "path")
         lines = [f"# {_md(self.title or self.name)}", ""]
         for heading, rows, text in self._parts():
             lines += [f"## {heading}", ""]
@@ -130,6 +138,7 @@ class SizingTable:
             path: the file.
             figures: (caption, address relative to the page) of pictures to show.
         """
+        path = file_path(path, "path")
         body = [f"<h1>{_html(self.title or self.name)}</h1>"]
         for heading, rows, text in self._parts():
             body.append(f"<h2>{_html(heading)}</h2>")

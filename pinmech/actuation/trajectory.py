@@ -29,6 +29,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from pinmech.actuation.rotations import canonical, quaternion_rates, quaternions
 from pinmech.actuation.trajectory_file import column_faults, read_csv
 from pinmech.errors import InputError
+from pinmech.mechanism.frozen import Sealed, frozen
+from pinmech.mechanism.numeric import file_path, names_of, numbers, one_of, positive, shown
 
 if TYPE_CHECKING:
     from pinmech.mechanism.mechanism import Outputs
@@ -57,14 +59,8 @@ class Derivatives(NamedTuple):
     accelerations: Array
 
 
-def _frozen(array: object) -> Array:
-    copy = np.array(array, dtype=float)
-    copy.flags.writeable = False
-    return copy
-
-
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Sealed):
     """Output values over time. Arrays are copied and read-only.
 
     Attributes:
@@ -92,10 +88,10 @@ class Trajectory:
         def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        put("names", tuple(self.names))
-        put("units", tuple(self.units) or ("rad",) * len(self.names))
-        put("time", _frozen(self.time))
-        put("values", _frozen(self.values))
+        put("names", names_of(self.names, "output"))
+        put("units", names_of(self.units, "unit") or ("rad",) * len(self.names))
+        put("time", frozen(numbers(self.time, "time value")))
+        put("values", frozen(numbers(self.values, "output value")))
         n = len(self.names)
         if len(set(self.names)) != n or not n:
             raise InputError(f"a trajectory needs different output names, has {self.names}")
@@ -113,8 +109,7 @@ class Trajectory:
             raise InputError(f"time must increase: {self.time[k + 1]} s follows {self.time[k]} s")
         if len(self.units) != n or not set(self.units) <= {"rad", "m"}:
             raise InputError(f"units must be 'rad' or 'm' for each of {n} outputs: {self.units}")
-        if self.kind not in ("joints", "orientation", "translation", "pose"):
-            raise InputError(f"unknown kind of outputs {self.kind!r}")
+        one_of(self.kind, ("joints", "orientation", "translation", "pose"), "kind of outputs")
         if self.kind in _ROTATION and n != _ROTATION[self.kind].stop:
             raise InputError(f"{self.kind} outputs have {_ROTATION[self.kind].stop} names, not {n}")
 
@@ -132,7 +127,9 @@ class Trajectory:
                 and units, wrong column counts, empty fields, anything that is not a finite
                 number, time that does not increase, too few rows.
         """
-        path = Path(path)
+        path = file_path(path, "a trajectory file")
+        if outputs is not None:
+            _check_outputs(outputs)
         table = read_csv(path, outputs)
         trajectory = cls(table.names, table.time, table.values, table.units, source=str(path))
         return trajectory if outputs is None else trajectory.matched(outputs)
@@ -144,6 +141,8 @@ class Trajectory:
             path: the file.
             comments: lines that go above the header, each behind a #.
         """
+        path = file_path(path, "a trajectory file")
+        comments = names_of(comments, "comment")
         lines = [f"# {line}".rstrip() for text in comments for line in text.splitlines() or [""]]
         columns = [f"{n} [{u}]" for n, u in zip(self.names, self.units, strict=True)]
         for column in columns:
@@ -160,6 +159,7 @@ class Trajectory:
         Raises:
             InputError: names or units are not those of the outputs; all differences are listed.
         """
+        _check_outputs(outputs)
         faults = column_faults(self.names, self.units, outputs)
         if faults:
             raise InputError("; ".join(faults))
@@ -204,8 +204,7 @@ class Trajectory:
         Raises:
             InputError: a step that is not a positive number, or makes too many samples.
         """
-        if not (np.isfinite(step) and step > 0):
-            raise InputError(f"step must be a positive time [s], is {step!r}")
+        step = positive(step, "step", unit="s")
         # The slack keeps a step of 0.1 in 1.0 s at ten intervals, rounding or not.
         count = int(np.ceil(min(self.duration / step * (1 - 1e-12), 1e18)))
         if count >= _MOST_SAMPLES:
@@ -214,8 +213,8 @@ class Trajectory:
         return replace(self, time=time, values=self._evaluate(time, degree).values)
 
     def _evaluate(self, time: Array, degree: int) -> Derivatives:
-        if degree not in (3, 5):
-            raise InputError(f"degree must be 5 or 3, is {degree!r}")
+        if not isinstance(degree, int) or degree not in (3, 5):
+            raise InputError(f"degree must be 5 or 3, is {shown(degree)}")
         v, d, dd = self._spline(self.values, time, degree)
         turning = _ROTATION.get(self.kind)
         if turning is not None:
@@ -245,3 +244,8 @@ class Trajectory:
                 f"the orientation turns by {np.degrees(turn[k]):.0f} deg between "
                 f"t = {self.time[k]:g} s and {self.time[k + 1]:g} s: sample it more finely"
             )
+
+
+def _check_outputs(outputs: Outputs) -> None:
+    if not (hasattr(outputs, "names") and hasattr(outputs, "angular")):
+        raise InputError(f"outputs must be those of a mechanism, mech.outputs; is {shown(outputs)}")

@@ -6,20 +6,21 @@ differ where closures close only to first order, as in the ideal three-rod gimba
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
-from pinmech.errors import UnknownNameError
+from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import closed
 from pinmech.kinematics.motion import Motions, split_motions
 from pinmech.kinematics.scaling import RANK, scaled_closure_jacobian, velocity_scale
 from pinmech.kinematics.solver import Problem, minimise, newton
 from pinmech.kinematics.state import ClosedState, close
 from pinmech.mechanism.closures import ClosureSystem, relative_placement, row_wrenches
+from pinmech.mechanism.frozen import Sealed, Table
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import shown
 
 Array = np.ndarray
 
@@ -32,7 +33,7 @@ _TRIES = 12
 
 
 @dataclass(frozen=True)
-class Mobility:
+class Mobility(Sealed):
     """Mobility of a closed state.
 
     Attributes:
@@ -80,6 +81,7 @@ def mobility(state: ClosedState, *, locked: Sequence[str] = ()) -> Mobility:
 
     Raises:
         UnknownNameError: a locked name is neither a joint nor an actuator.
+        InputError: not a closed state, or locked is not a list of names.
     """
     mechanism = closed(state).mechanism
     welded = _coordinates(mechanism, locked)
@@ -115,7 +117,7 @@ def mobility(state: ClosedState, *, locked: Sequence[str] = ()) -> Mobility:
         overconstraint=u.shape[0] - rank,
         kutzbach=len(free) - u.shape[0],
         redundant_loops=tuple(loops),
-        reactions_unique=MappingProxyType(unique),
+        reactions_unique=Table(unique),
         singular_values=values,
         tolerance=tolerance,
         gap=float(values[rank - 1]) / below if rank else float("inf"),
@@ -126,10 +128,14 @@ def mobility(state: ClosedState, *, locked: Sequence[str] = ()) -> Mobility:
 def _coordinates(mechanism: Mechanism, names: Sequence[str]) -> set[int]:
     if isinstance(names, str):
         names = [names]
+    if not isinstance(names, Iterable):
+        raise InputError(
+            f"locked must be names of joints or actuators, like ['arm1'], is {shown(names)}"
+        )
     found = set()
     for name in names:
         if not isinstance(name, str):
-            raise UnknownNameError("joint or actuator", str(name), mechanism.joints)
+            raise UnknownNameError("joint or actuator", shown(name), mechanism.joints)
         if name in mechanism.joints:
             found.add(mechanism.coordinate(name))
         elif name in mechanism.actuators:

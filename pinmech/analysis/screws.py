@@ -15,12 +15,13 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.arguments import closed
+from pinmech.kinematics.arguments import closed, numbers
 from pinmech.kinematics.scaling import frame_twist, null_space
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
 from pinmech.mechanism.limbs import BASE, Limb
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import flag, shown, shown_name
 
 Array = np.ndarray
 
@@ -65,8 +66,8 @@ class LimbScrews(Mapping[str, ScrewSystem]):
     platform: ScrewSystem
 
     def __getitem__(self, limb: str) -> ScrewSystem:
-        if limb not in self.limbs:
-            raise UnknownNameError("limb", str(limb), self.limbs)
+        if not isinstance(limb, str) or limb not in self.limbs:
+            raise UnknownNameError("limb", shown_name(limb), self.limbs)
         return self.limbs[limb]
 
     def __iter__(self) -> Iterator[str]:
@@ -89,10 +90,16 @@ def limb_screws(state: ClosedState, *, at: Array | None = None, locked: bool = F
         InputError: the point is not three finite numbers.
     """
     mechanism = closed(state).mechanism
-    point = state.platform.translation.copy() if at is None else np.array(at, dtype=float)
+    point = (
+        state.platform.translation.copy()
+        if at is None
+        else numbers(at, "reference point coordinate")
+    )
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise InputError(f"the reference point must be three finite numbers, is {at!r}")
-    driven = {a.coordinate for a in mechanism.actuators.values()} if locked else set()
+        raise InputError(f"the reference point must be three finite numbers, is {shown(at)}")
+    driven = (
+        {a.coordinate for a in mechanism.actuators.values()} if flag(locked, "locked") else set()
+    )
     with mechanism.scratch() as system:
         system.evaluate(state.q)
         limbs = {

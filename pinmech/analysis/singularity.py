@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -30,12 +29,14 @@ from pinmech.kinematics.scaling import (
     velocity_scale,
 )
 from pinmech.kinematics.state import ClosedState
+from pinmech.mechanism.frozen import Sealed, Table, frozen
+from pinmech.mechanism.numeric import number
 
 Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Singularity:
+class Singularity(Sealed):
     """Which singularities a state is at, and how near it is to each.
 
     Attributes:
@@ -82,6 +83,7 @@ def singularity(
         InputError: the tolerance is not positive.
     """
     mechanism = closed(state).mechanism
+    tolerance = number(tolerance, "tolerance")
     if not 0.0 < tolerance < 1.0:
         raise InputError(f"tolerance must be between 0 and 1, is {tolerance!r}")
     names, coordinates = mechanism.drive(drive), mechanism.drive_coordinates(drive)
@@ -129,8 +131,6 @@ def singularity(
     constraint = float(found.singular_values[rank - 1]) if rank else 0.0
     if constraint <= tolerance:
         kinds.add("constraint")
-    for direction in directions.values():
-        direction.flags.writeable = False
     return Singularity(
         kinds=frozenset(kinds),
         drive=label,
@@ -138,7 +138,7 @@ def singularity(
         type2=type2,
         constraint=constraint,
         tolerance=tolerance,
-        directions=MappingProxyType(directions),
+        directions=Table({name: frozen(direction) for name, direction in directions.items()}),
     )
 
 

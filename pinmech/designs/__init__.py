@@ -19,9 +19,11 @@ from pinmech.designs.antenna_3rsu import TABLE_2, Antenna3RSU
 from pinmech.designs.decoupled_4r import Decoupled4R
 from pinmech.designs.decoupled_pf import DecoupledPF
 from pinmech.designs.gpr_3ps import GPR3PS
-from pinmech.designs.parts import Design
+from pinmech.designs.parts import Design, made
 from pinmech.designs.planar_3r import Planar3R, planar_3r
 from pinmech.designs.spherical_3paur import Spherical3PaUR
+from pinmech.errors import InputError
+from pinmech.mechanism.numeric import shown
 
 if TYPE_CHECKING:
     from pinmech.mechanism.mechanism import Mechanism
@@ -47,7 +49,15 @@ ARMS: dict[str, Callable[[], str]] = {"planar_3r": planar_3r}
 
 
 def assemble(design: Design) -> Mechanism:
-    """The mechanism of a design, assembled at its home."""
+    """The mechanism of a design, assembled at its home.
+
+    Raises:
+        InputError: not a design.
+    """
+    if not isinstance(design, Design):
+        raise InputError(
+            f"needs a Design, as in Antenna3RSU(R=0.2).build('mine'), got {shown(design)}"
+        )
     from pinmech.kinematics.assembly import from_text
 
     return from_text(design.description, design.urdf)
@@ -62,32 +72,32 @@ def antenna_3rsu(**dimensions: Any) -> Mechanism:
 
     Its ball joints turn without limit unless ``ball_joint_cone`` [rad] is given.
     """
-    return assemble(Antenna3RSU(**dimensions).build("antenna_3rsu"))
+    return assemble(made(Antenna3RSU, dimensions).build("antenna_3rsu"))
 
 
 def decoupled_pf(**dimensions: Any) -> Mechanism:
     """The decoupled mechanism with a slider; arguments of :class:`DecoupledPF`, in SI."""
-    return assemble(DecoupledPF(**dimensions).build("decoupled_pf"))
+    return assemble(made(DecoupledPF, dimensions).build("decoupled_pf"))
 
 
 def decoupled_4r(**dimensions: Any) -> Mechanism:
     """The decoupled mechanism with a parallelogram; arguments of :class:`Decoupled4R`, in SI."""
-    return assemble(Decoupled4R(**dimensions).build("decoupled_4r"))
+    return assemble(made(Decoupled4R, dimensions).build("decoupled_4r"))
 
 
 def spherical_3paur(**dimensions: Any) -> Mechanism:
     """The spherical manipulator; arguments of :class:`Spherical3PaUR`, in SI."""
-    return assemble(Spherical3PaUR(**dimensions).build("spherical_3paur"))
+    return assemble(made(Spherical3PaUR, dimensions).build("spherical_3paur"))
 
 
 def gpr_3ps(**dimensions: Any) -> Mechanism:
     """The gimbal positioner with virtual sliders; arguments of :class:`GPR3PS`, in SI."""
-    return assemble(GPR3PS(augmented=True, **dimensions).build("gpr_3ps"))
+    return assemble(made(GPR3PS, dimensions, augmented=True).build("gpr_3ps"))
 
 
 def gpr_3ps_ideal(**dimensions: Any) -> Mechanism:
     """The gimbal positioner without virtual sliders; arguments of :class:`GPR3PS`, in SI."""
-    return assemble(GPR3PS(augmented=False, **dimensions).build("gpr_3ps_ideal"))
+    return assemble(made(GPR3PS, dimensions, augmented=False).build("gpr_3ps_ideal"))
 
 
 __all__ = [

@@ -48,6 +48,7 @@ from pinmech.designs.solids import (
     sphere,
 )
 from pinmech.errors import InputError
+from pinmech.mechanism.numeric import one_of
 
 #: Azimuths of the arms 1, 2, 3 [rad].
 AZIMUTHS = (0.0, -2.0 * math.pi / 3.0, 2.0 * math.pi / 3.0)
@@ -108,8 +109,7 @@ class Antenna3RSU:
 
     def __post_init__(self) -> None:
         check_numbers(self, may_be_zero=("dish_radius",))
-        if self.strut not in ("universal", "spherical"):
-            raise InputError(f"strut must be 'universal' or 'spherical', not {self.strut!r}")
+        one_of(self.strut, ("universal", "spherical"), "strut")
         _ = self.home_angle
         self._check_ball_joints()
 

@@ -17,6 +17,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from pinmech.designs import decoupled
 from pinmech.designs.parts import (
     Design,
@@ -42,6 +44,7 @@ from pinmech.designs.solids import (
     placement,
 )
 from pinmech.errors import InputError
+from pinmech.mechanism.numeric import numbers, shown
 
 
 @dataclass(frozen=True)
@@ -78,9 +81,10 @@ class Decoupled4R:
 
     def __post_init__(self) -> None:
         check_numbers(self)
-        if len(self.elbow) != 2 or not all(math.isfinite(v) for v in self.elbow):
-            raise InputError(f"elbow must be two finite numbers (x, y), not {self.elbow!r}")
-        x, y = self.elbow
+        elbow = numbers(self.elbow, "elbow coordinate")
+        if elbow.shape != (2,) or not np.isfinite(elbow).all():
+            raise InputError(f"elbow must be two finite numbers (x, y), not {shown(self.elbow)}")
+        x, y = elbow.tolist()
         r6 = self.pivot + self.m
         lengths = (math.hypot(x - r6, y), math.hypot(x - self.e, y))
         if abs(y) * abs(r6 - self.e) < 0.05 * lengths[0] * lengths[1]:

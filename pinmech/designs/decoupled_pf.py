@@ -45,7 +45,7 @@ from pinmech.designs.solids import (
     placement,
     rotation,
 )
-from pinmech.errors import InputError
+from pinmech.mechanism.numeric import one_of
 
 PAIRS = ("F", "PPR", "RPR", "3R")
 
@@ -83,8 +83,7 @@ class DecoupledPF:
 
     def __post_init__(self) -> None:
         check_numbers(self)
-        if self.pair not in PAIRS:
-            raise InputError(f"pair must be one of {', '.join(PAIRS)}, not {self.pair!r}")
+        one_of(self.pair, PAIRS, "pair")
 
     def build(self, name: str = "decoupled_pf") -> Design:
         """The URDF and the description of this mechanism, under ``name``."""

@@ -12,14 +12,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from pinmech.designs.solids import Array, Point, Solid, mass_properties, placement
-from pinmech.errors import InputError
+from pinmech.errors import InputError, UnknownNameError
+from pinmech.mechanism.numeric import number as number_of
+from pinmech.mechanism.numeric import shown
+from pinmech.mechanism.spec import LARGEST
 
 #: Colours by what a part is (red, green, blue, opacity).
 PAINTS: dict[str, tuple[float, float, float, float]] = {
@@ -246,12 +249,39 @@ def check_numbers(dimensions: Any, *, may_be_zero: Sequence[str] = ()) -> None:
         value = getattr(dimensions, field.name)
         zero = field.name in may_be_zero or field.name.endswith(("_friction", "_damping"))
         what = "at least 0" if zero else "positive"
-        number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or value < 0.0 or (value == 0.0 and not zero):
-            bad.setdefault(what, []).append(f"{field.name} = {value!r}")
+        try:
+            size = number_of(value, field.name)
+        except InputError:
+            size = -1.0
+        if size > LARGEST:
+            what = f"at most {LARGEST:g}"
+        if size > LARGEST or size < 0.0 or (size == 0.0 and not zero):
+            bad.setdefault(what, []).append(f"{field.name} = {shown(value)}")
     if bad:
         texts = (f"must be finite and {what}: {', '.join(names)}" for what, names in bad.items())
         raise InputError("; ".join(texts))
+
+
+D = TypeVar("D")
+
+
+def made(kind: type[D], dimensions: Mapping[str, Any], **settled: Any) -> D:
+    """A dataclass of dimensions, from those that were given.
+
+    Args:
+        kind: the dataclass.
+        dimensions: name -> value, in SI.
+        settled: fields that are not for the user to choose.
+
+    Raises:
+        UnknownNameError: the mechanism has no such dimension.
+        InputError: a value that it cannot have.
+    """
+    known = [field.name for field in fields(kind) if field.name not in settled]  # type: ignore[arg-type]
+    for name in dimensions:
+        if name not in known:
+            raise UnknownNameError("dimension", name, known)
+    return kind(**dimensions, **settled)
 
 
 def _geometry(y: Any, shape: tuple[str, tuple[float, ...]]) -> Any:

@@ -17,6 +17,7 @@ from pinmech.designs.parts import (
     check_numbers,
     fixed_joint,
     frame_link,
+    made,
     make_joint,
     make_link,
     urdf_text,
@@ -141,4 +142,4 @@ class Planar3R:
 
 def planar_3r(**dimensions: Any) -> str:
     """The arm as URDF text for ``Mechanism.with_arm``; arguments of :class:`Planar3R`, in SI."""
-    return Planar3R(**dimensions).urdf()
+    return made(Planar3R, dimensions).urdf()

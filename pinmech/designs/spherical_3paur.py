@@ -63,6 +63,7 @@ from pinmech.designs.solids import (
     unit,
 )
 from pinmech.errors import InputError
+from pinmech.mechanism.numeric import numbers, one_of
 
 CUTS = ("platform", "crank")
 BACK = (0.0, -1.0, 0.0)  # the direction of v at home, in limb axes
@@ -104,13 +105,12 @@ class Spherical3PaUR:
 
     def __post_init__(self) -> None:
         check_numbers(self, may_be_zero=("crank_margin",))
-        if self.cut not in CUTS:
-            raise InputError(f"cut must be one of {', '.join(CUTS)}, not {self.cut!r}")
+        one_of(self.cut, CUTS, "cut")
         if not self.ab < self.l0:
             raise InputError(f"ab = {self.ab:g} m must be below l0 = {self.l0:g} m")
         if not self.crank_margin < math.pi / 2.0:
             raise InputError("crank_margin must be below pi/2: nothing would be left of the range")
-        lines = np.asarray(self.lines, dtype=float)
+        lines = numbers(self.lines, "line coordinate")
         if lines.shape != (3, 3) or not np.isfinite(lines).all():
             raise InputError("lines must be three finite directions (3, 3)")
         p1, p2, p3 = (unit(row) for row in lines)

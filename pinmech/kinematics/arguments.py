@@ -1,14 +1,16 @@
-"""Checking what users pass in: names, shapes, finite numbers."""
+"""Checking what users pass in: mechanisms and states, names, shapes, finite numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.state import ClosedState
+from pinmech.kinematics.state import ClosedState, check_mechanism
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import flag, numbers, positive, shown, shown_name
+from pinmech.mechanism.same_geometry import same_geometry
 
 Array = np.ndarray
 Values = Mapping[str, float] | Sequence[float] | Array
@@ -31,8 +33,8 @@ def vector(values: Values, names: Sequence[str], what: str) -> Array:
     """
     if isinstance(values, Mapping):
         for key in values:
-            if key not in names:
-                raise UnknownNameError(what, str(key), names)
+            if not isinstance(key, str) or key not in names:
+                raise UnknownNameError(what, shown_name(key), names)
         missing = [name for name in names if name not in values]
         if missing:
             needed = ", ".join(names)
@@ -67,30 +69,73 @@ def matrix(values: object, columns: Iterable[str], what: str) -> Array:
     return out
 
 
-def numbers(values: object, what: str) -> Array:
-    """A float array of anything array-like.
+def asked(
+    mechanism: Mechanism,
+    *,
+    limits: object = True,
+    mode: object = None,
+    tolerance: float = 1.0,
+    progress: object = None,
+) -> Mechanism:
+    """The mechanism, once what was asked of it has been checked.
 
     Raises:
-        InputError: it is not numeric.
+        InputError: not a mechanism, or an option of another type.
     """
-    try:
-        return np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{what}s must be numbers, found {type(values).__name__}") from None
+    check_mechanism(mechanism)
+    flag(limits, "limits")
+    if mode is not None:
+        check_mode(mechanism, mode)
+    positive(tolerance, "tolerance")
+    check_progress(progress)
+    return mechanism
+
+
+def check_mode(mechanism: Mechanism, mode: object) -> None:
+    """Check a working mode: limb -> +1 or -1.
+
+    Raises:
+        UnknownNameError: a limb that does not exist. InputError: other values.
+    """
+    if not isinstance(mode, Mapping):
+        raise InputError(f"mode must map limbs to +1 or -1, is {shown(mode)}")
+    for limb, sign in mode.items():
+        if not isinstance(limb, str) or limb not in mechanism.limbs:
+            raise UnknownNameError("limb", shown_name(limb), mechanism.limbs)
+        whole = isinstance(sign, int | float | np.number) and not isinstance(sign, bool)
+        if not whole or sign not in (1, -1):
+            raise InputError(f"mode of limb {limb!r} must be +1 or -1, is {shown(sign)}")
+
+
+def check_progress(progress: object) -> Callable[..., object] | None:
+    """The callback itself, or None.
+
+    Raises:
+        InputError: it cannot be called.
+    """
+    if progress is not None and not callable(progress):
+        raise InputError(
+            "progress must be a function that is called as progress(done, total), "
+            f"is {shown(progress)}"
+        )
+    return progress
 
 
 def guess_state(mechanism: Mechanism, guess: ClosedState | None) -> ClosedState:
     """The guess, home when there is none.
 
     Raises:
-        InputError: it is not a closed state of this mechanism.
+        InputError: it is not a closed state of a mechanism with this geometry.
     """
     if guess is None:
         return mechanism.home
     if not isinstance(guess, ClosedState):
-        raise InputError(f"guess must be a ClosedState, is {type(guess).__name__}")
-    if guess.mechanism is not mechanism and guess.mechanism.joints != mechanism.joints:
-        raise InputError(f"guess belongs to another mechanism, {guess.mechanism.name}")
+        raise InputError(f"guess must be a ClosedState, is {shown(guess)}")
+    if not same_geometry(guess.mechanism, mechanism):
+        raise InputError(
+            f"guess belongs to another mechanism, {guess.mechanism.name}: its geometry (joints, "
+            f"placements, loops) is not that of this {mechanism.name}; give a state of this one"
+        )
     return guess
 
 
@@ -102,7 +147,6 @@ def closed(state: ClosedState) -> ClosedState:
     """
     if not isinstance(state, ClosedState):
         raise InputError(
-            f"needs a ClosedState (from inverse, forward or verify_closed), got "
-            f"{type(state).__name__}"
+            f"needs a ClosedState (from inverse, forward or verify_closed), got {shown(state)}"
         )
     return state

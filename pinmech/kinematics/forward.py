@@ -8,7 +8,7 @@ from itertools import combinations, islice
 import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.arguments import guess_state, vector
+from pinmech.kinematics.arguments import asked, guess_state, vector
 from pinmech.kinematics.blocks import holds_platform
 from pinmech.kinematics.labels import holds_at, labels, meeting_limbs
 from pinmech.kinematics.motion import (
@@ -89,7 +89,7 @@ def forward(
         InputError: non-finite or wrongly shaped values, or actuators that do not determine the
             pose even at a generic configuration.
     """
-    names = tuple(mechanism.actuators)
+    names = tuple(asked(mechanism, limits=limits, tolerance=tolerance).actuators)
     if isinstance(actuators, Mapping):
         for name in actuators:
             if name not in names:

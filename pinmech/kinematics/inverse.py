@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pinocchio as pin
 
-from pinmech.kinematics.arguments import Values, guess_state, vector
+from pinmech.kinematics.arguments import Values, asked, guess_state, vector
 from pinmech.kinematics.blocks import blocks
 from pinmech.kinematics.labels import (
     agrees,
@@ -74,6 +74,7 @@ def inverse(
         UnknownNameError: an output or limb that does not exist.
         InputError: missing, non-finite or wrongly shaped values.
     """
+    asked(mechanism, limits=limits, mode=mode)
     target = vector(outputs, mechanism.outputs, "output")
     start = guess_state(mechanism, guess)
     signs = wanted_signs(mechanism, mode, start)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from pinmech.kinematics.arguments import LARGEST, guess_state, matrix, numbers, sensible
+from pinmech.kinematics.arguments import LARGEST, asked, guess_state, matrix, numbers, sensible
 from pinmech.kinematics.cones import limited_loops, within_cones
 from pinmech.kinematics.forward import CONSISTENT, ForwardSolver
 from pinmech.kinematics.inverse import InverseSolver
@@ -63,6 +63,7 @@ def inverse_path(
     Raises:
         InputError: wrong shape. UnknownNameError: a limb that does not exist.
     """
+    asked(mechanism, limits=limits, mode=mode, progress=progress)
     targets = matrix(outputs, mechanism.outputs, "output")
     start = guess_state(mechanism, guess)
     signs = wanted_signs(mechanism, mode, start)
@@ -100,6 +101,7 @@ def forward_path(
         InputError: wrong shape, or a drive that does not determine the pose.
         UnknownNameError: there is no such drive.
     """
+    asked(mechanism, limits=limits, tolerance=tolerance, progress=progress)
     names = mechanism.drive(drive)
     every = tuple(mechanism.actuators)
     values = numbers(actuators, "actuator")

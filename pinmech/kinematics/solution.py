@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, cast, get_args
 
 import numpy as np
 
-from pinmech.errors import SolveError
-from pinmech.kinematics.state import ClosedState, verify_closed
+from pinmech.errors import InputError, SolveError
+from pinmech.kinematics.state import ClosedState, check_mechanism, verify_closed
+from pinmech.mechanism.frozen import Sealed, Table, frozen
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import shown, whole
 
 Array = np.ndarray
 
@@ -33,6 +36,7 @@ def as_status(text: str) -> Status:
 
 #: Message of a solution with nothing to be said about it.
 CONVERGED = "converged"
+_MAKERS = "paths come from inverse_path and forward_path"
 
 
 @dataclass(frozen=True)
@@ -71,8 +75,8 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class Path:
-    """Results along a path of N poses. Rows that failed are NaN.
+class Path(Sealed):
+    """Results along a path of N poses. Rows that failed are NaN. Arrays are read-only.
 
     Attributes:
         mechanism: the mechanism.
@@ -84,6 +88,9 @@ class Path:
         residual: (N,) scaled residual (2-norm of the closure rows over the characteristic length).
         iterations: (N,) linear systems solved.
         messages: row -> reason, for the rows that failed.
+
+    Raises:
+        InputError: arrays that do not belong together, in a path made by hand.
     """
 
     mechanism: Mechanism
@@ -94,26 +101,61 @@ class Path:
     outputs: Array
     residual: Array
     iterations: Array
-    messages: dict[int, str] = field(default_factory=dict)
+    messages: Mapping[int, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        mechanism = check_mechanism(self.mechanism)
+        rows = self.success.shape if isinstance(self.success, np.ndarray) else ()
+        widths = {
+            "q": (mechanism.model.nq,),
+            "actuators": (len(mechanism.actuators),),
+            "outputs": (len(mechanism.outputs),),
+        }
+        for name in ("success", "status", "q", "actuators", "outputs", "residual", "iterations"):
+            array = getattr(self, name)
+            kinds = {"success": "b", "status": "U", "iterations": "iu"}.get(name, "f")
+            if type(array) is not np.ndarray or array.dtype.kind not in kinds:
+                raise InputError(f"{name} of a path cannot be {shown(array)}; {_MAKERS}")
+            if len(rows) != 1 or array.shape != rows + widths.get(name, ()):
+                raise InputError(
+                    f"{name} of a path of {mechanism.name} cannot have shape {array.shape}; "
+                    f"{_MAKERS}"
+                )
+            object.__setattr__(self, name, frozen(array))
+        odd = np.flatnonzero(self.success != (self.status == "ok"))
+        if len(odd):
+            raise InputError(
+                f"row {odd[0]} of a path has status {str(self.status[odd[0]])!r}, but success is "
+                f"{bool(self.success[odd[0]])}; they must agree"
+            )
+        if not isinstance(self.messages, Mapping):
+            raise InputError(f"messages of a path cannot be {shown(self.messages)}; {_MAKERS}")
+        object.__setattr__(self, "messages", Table(self.messages))
 
     def __len__(self) -> int:
         return len(self.success)
 
     def message(self, row: int) -> str:
-        """Why a row failed; an empty text for a row that did not."""
-        return self.messages.get(int(row), "")
+        """Why a row failed; an empty text for a row that did not.
+
+        Raises:
+            InputError: there is no such row.
+        """
+        return self.messages.get(self._row(row), "")
 
     def state(self, row: int) -> ClosedState:
         """The closed state of a row.
 
         Raises:
             SolveError: that row failed.
+            InputError: there is no such row.
         """
+        row = self._row(row)
         if not self.success[row]:
             raise SolveError(
                 Solution(
                     False,
-                    self.status[row],
+                    as_status(str(self.status[row])),
                     self.message(row),
                     float(self.residual[row]),
                     int(self.iterations[row]),
@@ -121,3 +163,10 @@ class Path:
                 )
             )
         return verify_closed(self.mechanism, self.q[row])
+
+    def _row(self, row: int) -> int:
+        """The number of a row from the start; as in a list, -1 is the last one."""
+        count, k = len(self), whole(row, "a row of a path")
+        if not -count <= k < count:
+            raise InputError(f"there is no row {shown(row)}: the path has {count}, from 0")
+        return k % count

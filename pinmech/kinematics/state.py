@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -13,18 +12,27 @@ import pinocchio as pin
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.cones import cone_angles
 from pinmech.mechanism.closures import gap, origin_distance, relative_placement, sense_fault
+from pinmech.mechanism.frozen import Table, frozen
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import numbers, positive, shown, shown_name
+from pinmech.mechanism.same_geometry import same_geometry
 
 Array = np.ndarray
 
 #: Scaled residual (lengths over the characteristic length) up to which a state counts as closed.
 CLOSED = 1e-12
+#: What :func:`verify_closed` lets pass unless it is told otherwise, and at most. Joint values in
+#: single precision close to about 1e-7; what is open by more is open, whatever the tolerance.
+VERIFIED = 1e-10
+LOOSEST = 1e-6
 
 _PASS = object()
 
 
 class ClosedState:
-    """A configuration in which every loop is closed. Read-only.
+    """A configuration in which every loop is closed. Read-only; a copy is the state itself.
+
+    It pickles as its mechanism and q, and is verified where it arrives.
 
     Attributes:
         mechanism: the mechanism.
@@ -43,10 +51,17 @@ class ClosedState:
                 "a ClosedState comes from inverse, forward or verify_closed, which prove that the "
                 "loops are closed"
             )
-        values = np.array(q, dtype=float)
-        values.flags.writeable = False
         own = self.__dict__
-        own["mechanism"], own["q"], own["residual"] = mechanism, values, residual
+        own["mechanism"], own["q"], own["residual"] = mechanism, frozen(q, float), residual
+
+    def __copy__(self) -> ClosedState:
+        return self
+
+    def __deepcopy__(self, memo: object) -> ClosedState:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _arrived, (self.mechanism, self.q.tobytes(), self.residual)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError("a ClosedState is read-only")
@@ -64,21 +79,21 @@ class ClosedState:
     def joints(self) -> Mapping[str, float]:
         """Joint name -> value [rad or m]."""
         names = self.mechanism.joints
-        return MappingProxyType({name: float(x) for name, x in zip(names, self.q, strict=True)})
+        return Table({name: float(x) for name, x in zip(names, self.q, strict=True)})
 
     @cached_property
     def actuators(self) -> Mapping[str, float]:
         """Actuator name -> value [rad or m]."""
         values = self.mechanism.actuator_values(self.q)
         pairs = zip(self.mechanism.actuators, values, strict=True)
-        return MappingProxyType({name: float(x) for name, x in pairs})
+        return Table({name: float(x) for name, x in pairs})
 
     @cached_property
     def outputs(self) -> Mapping[str, float]:
         """Output name -> value [rad or m]; orientations as canonical coordinates, base axes."""
         values = output_values(self.mechanism, self.q, self.platform)
         pairs = zip(self.mechanism.outputs, values, strict=True)
-        return MappingProxyType({name: float(x) for name, x in pairs})
+        return Table({name: float(x) for name, x in pairs})
 
     @property
     def platform(self) -> pin.SE3:
@@ -93,14 +108,14 @@ class ClosedState:
         """
         frame = self.mechanism.frames.get(name) if isinstance(name, str) else None
         if frame is None:
-            raise UnknownNameError("link", str(name), self.mechanism.frames)
+            raise UnknownNameError("link", shown_name(name), self.mechanism.frames)
         return self._data.oMi[frame.joint] * frame.placement
 
     @cached_property
     def gaps(self) -> Mapping[str, float]:
         """Loop name -> gap [m] from the raw poses; angles count as angle times length."""
         mech = self.mechanism
-        return MappingProxyType(
+        return Table(
             {
                 name: gap(loop, relative_placement(loop, self._data), mech.length)
                 for name, loop in mech.loops.items()
@@ -111,7 +126,7 @@ class ClosedState:
     def cones(self) -> Mapping[str, float]:
         """Loop name -> angle [rad] of each ball joint (between housing and stud) and universal
         joint (between its shafts) that the description limits."""
-        return MappingProxyType(cone_angles(self.mechanism, self._data))
+        return Table(cone_angles(self.mechanism, self._data))
 
     @cached_property
     def mode(self) -> Mapping[str, int | None]:
@@ -123,7 +138,7 @@ class ClosedState:
         """
         from pinmech.kinematics.labels import mode_of
 
-        return MappingProxyType(mode_of(self))
+        return Table(mode_of(self))
 
     def moved_to(self, mechanism: Mechanism, q: Array | None = None) -> ClosedState:
         """The same configuration of a mechanism with the same loops (other masses, or an arm on
@@ -131,11 +146,19 @@ class ClosedState:
 
         Args:
             mechanism: the other mechanism.
-            q: (nq,) the configuration in its joints; default the same values in the same order.
+            q: (nq,) the configuration in its joints; default the same values in the same order,
+                for a mechanism of the same geometry.
 
         Raises:
-            InputError: the loops are not closed by q there.
+            InputError: the loops are not closed by q there, or q is left out and the geometry is
+                another one.
         """
+        check_mechanism(mechanism)
+        if q is None and not same_geometry(self.mechanism, mechanism):
+            raise InputError(
+                f"{mechanism.name} has another geometry than the {self.mechanism.name} of this "
+                "state; give q, or solve for its outputs there"
+            )
         return verify_closed(mechanism, self.q if q is None else q)
 
     def __repr__(self) -> str:
@@ -177,37 +200,82 @@ def close(mechanism: Mechanism, q: Array, data: pin.Data) -> tuple[ClosedState |
     return ClosedState(mechanism, q, residual, _key=_PASS), ""
 
 
+def check_mechanism(mechanism: Mechanism) -> Mechanism:
+    """The mechanism itself.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(
+            "needs a Mechanism, from pm.load or pm.designs as in pm.load('antenna_3rsu'); "
+            f"got {shown(mechanism)}"
+        )
+    return mechanism
+
+
 def verify_closed(
     mechanism: Mechanism,
     q: Sequence[float] | Array,
     *,
-    tolerance: float = 1e-10,
+    tolerance: float = VERIFIED,
 ) -> ClosedState:
     """A ClosedState from joint values that are claimed to close all loops.
 
     Args:
         mechanism: the mechanism.
         q: (nq,) joint values [rad or m].
-        tolerance: largest gap over the characteristic length that passes (dimensionless).
+        tolerance: largest gap over the characteristic length that passes (dimensionless); at most
+            1e-6, enough for joint values in single precision.
 
     Raises:
-        InputError: wrong shape, not finite, a loop is open, or an axis points the wrong way.
+        InputError: wrong shape, not finite, a loop is open, an axis points the wrong way, or a
+            tolerance that is not a positive number of at most 1e-6.
     """
-    values = np.asarray(q, dtype=float)
+    check_mechanism(mechanism)
+    values = numbers(q, "q value")
     if values.shape != (mechanism.model.nq,):
-        raise InputError(f"q must have shape ({mechanism.model.nq},), has {values.shape}")
+        raise InputError(
+            f"q must have shape ({mechanism.model.nq},), one value a joint, has {values.shape}"
+        )
     if not np.isfinite(values).all():
         raise InputError("q must be finite")
+    return _verified(mechanism, values, positive(tolerance, "tolerance", most=LOOSEST))
+
+
+def _verified(mechanism: Mechanism, q: Array, tolerance: float) -> ClosedState:
     data = mechanism.model.createData()
-    pin.forwardKinematics(mechanism.model, data, values)
+    pin.forwardKinematics(mechanism.model, data, q)
+    wrong, residual = opening(mechanism, data, tolerance)
+    if wrong:
+        raise InputError(wrong)
+    return ClosedState(mechanism, q, residual, _key=_PASS)
+
+
+def opening(mechanism: Mechanism, data: pin.Data, tolerance: float) -> tuple[str, float]:
+    """What is wrong with a loop (an empty text if nothing), and the largest gap over the length."""
     residual = 0.0
     for loop in mechanism.loops.values():
-        placement = relative_placement(loop, data)
-        wrong = sense_fault(loop, placement)
-        if wrong:
-            raise InputError(wrong)
-        open_by = gap(loop, placement, mechanism.length)
+        if loop.type == "spherical":
+            # The gap of two points, without the rotation, as in :func:`close`.
+            open_by = origin_distance(loop, data)
+        else:
+            placement = relative_placement(loop, data)
+            wrong = sense_fault(loop, placement)
+            if wrong:
+                return wrong, residual
+            open_by = gap(loop, placement, mechanism.length)
         residual = max(residual, open_by / mechanism.length)
         if not open_by <= tolerance * mechanism.length:
-            raise InputError(f"loop {loop.name} is open by {open_by:.3g} m")
-    return ClosedState(mechanism, values, residual, _key=_PASS)
+            return f"loop {loop.name} is open by {open_by:.3g} m", residual
+    return "", residual
+
+
+def _arrived(mechanism: Mechanism, q: bytes, residual: float) -> ClosedState:
+    """A state out of a pickle: as closed as it left, give or take another processor's rounding."""
+    if mechanism._home and mechanism.home.q.tobytes() == q:
+        return mechanism.home
+    values = np.frombuffer(q)
+    if values.shape != (mechanism.model.nq,) or not np.isfinite(values).all():
+        raise InputError("the joint values of a state did not arrive whole")
+    return _verified(mechanism, values, max(VERIFIED, min(1.01 * residual, 1.01 * LOOSEST)))

@@ -13,6 +13,7 @@ from lxml import etree
 from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
 from pinmech.mechanism.loading import build_mechanism, data_folder, is_file, mechanisms
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import names_of, number, shown
 from pinmech.mechanism.spec import Description
 from pinmech.mechanism.urdf import MOVING, Urdf, read_urdf
 from pinmech.mechanism.yamlfile import read_text
@@ -48,6 +49,17 @@ def mount_arm(
     home: Mapping[str, float] | None,
 ) -> Mechanism:
     """See :meth:`Mechanism.with_arm`."""
+    if placement is not None:
+        if not isinstance(placement, pin.SE3):
+            raise InputError(f"placement must be a pinocchio.SE3, is {shown(placement)}")
+        if not np.isfinite(placement.homogeneous).all():
+            raise InputError("placement must be finite")
+    if not isinstance(prefix, str) or not prefix.isprintable() or len(prefix) > 50:
+        raise InputError(f"prefix must be a short text, like 'arm_', is {shown(prefix)}")
+    if home is not None and not isinstance(home, Mapping):
+        raise InputError(
+            f"home must map joints of the arm to values, like {{'elbow': 0.5}}, is {shown(home)}"
+        )
     if mechanism.outputs.kind != "joints":
         raise InputError(
             f"an arm needs a mechanism whose outputs are joints; those of {mechanism.name} are of "
@@ -60,7 +72,7 @@ def mount_arm(
     if path:
         _absolute_meshes(tree, path)
     movable = _movable(tree)
-    chosen = list(joints) if joints is not None else movable
+    chosen = list(names_of(joints, "joint")) if joints is not None else movable
     for name in chosen:
         if name not in movable:
             raise UnknownNameError("moving joint of the arm", str(name), movable)
@@ -97,7 +109,7 @@ def _find(arm: str | Path) -> Path | None:
     if isinstance(arm, str) and arm.lstrip().startswith("<"):
         return None
     if not isinstance(arm, str | Path):
-        raise InputError(f"an arm is a URDF file, URDF text or a robot's name, not {arm!r}")
+        raise InputError(f"an arm is a URDF file, URDF text or a robot's name, not {shown(arm)}")
     path = Path(arm)
     if is_file(path):
         return path
@@ -221,7 +233,8 @@ def _arm_home(urdf: Urdf, names: Sequence[str], given: Mapping[str, float]) -> d
         low = -np.inf if joint.lower is None else joint.lower
         high = np.inf if joint.upper is None else joint.upper
         value = given.get(name, 0.0 if low <= 0.0 <= high else 0.5 * (low + high))
-        if not (np.isfinite(value) and low <= value <= high):
+        value = number(value, f"home of {name}")
+        if not low <= value <= high:
             raise InputError(f"home of {name} must be within {low:.4g} .. {high:.4g}, is {value}")
         out[name] = float(value)
     return out

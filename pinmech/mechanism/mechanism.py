@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -15,7 +16,10 @@ import pinocchio as pin
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.mechanism import closures
 from pinmech.mechanism.closures import ClosureSystem, Frame, Loop
+from pinmech.mechanism.frozen import Table, frozen
 from pinmech.mechanism.limbs import Limb
+from pinmech.mechanism.numeric import flag, numbers, shown, shown_name
+from pinmech.mechanism.same_geometry import geometry_of, tree_of
 from pinmech.mechanism.spec import Description
 
 if TYPE_CHECKING:
@@ -74,6 +78,9 @@ class Outputs(Sequence[str]):
 class Mechanism:
     """A closed-loop mechanism; it never changes. Made by ``pm.load`` or ``pm.designs``.
 
+    It pickles, as its texts and its home, and is built and verified anew where it arrives
+    (:mod:`pinmech.mechanism.travel`). A copy is the mechanism itself.
+
     Attributes:
         description: what the description file says.
         name, title, source: from the description file.
@@ -118,6 +125,33 @@ class Mechanism:
     _home: list[ClosedState] = field(default_factory=list, repr=False)
     _pool: list[ClosureSystem] = field(default_factory=list, repr=False)
 
+    def __post_init__(self) -> None:
+        for name in ("loops", "limbs", "actuators", "drives", "frames"):
+            object.__setattr__(self, name, Table(getattr(self, name)))
+        for name in ("lower", "upper", "revolving"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __copy__(self) -> Mechanism:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Mechanism:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        from pinmech.mechanism.travel import pack, unpack
+
+        # Home refers to the mechanism, so it follows once that exists.
+        return unpack, tuple(pack(self)), {"home": self._home[0] if self._home else None}
+
+    def __setstate__(self, state: Mapping[str, ClosedState | None]) -> None:
+        home = state["home"]
+        if home is not None and not self._home:
+            self._home.append(home)
+
+    @cached_property
+    def _geometry(self) -> bytes:
+        return geometry_of(self)
+
     @property
     def home(self) -> ClosedState:
         """The home configuration, closed."""
@@ -141,10 +175,9 @@ class Mechanism:
         Raises:
             UnknownNameError: there is no such moving joint.
         """
-        try:
-            return self.joints.index(joint)
-        except ValueError:
-            raise UnknownNameError("joint", str(joint), self.joints) from None
+        if not isinstance(joint, str) or joint not in self.joints:
+            raise UnknownNameError("joint", shown_name(joint), self.joints)
+        return self.joints.index(joint)
 
     def drive(self, name: str | None) -> tuple[str, ...]:
         """Actuator names of a drive; None means the largest one.
@@ -155,7 +188,7 @@ class Mechanism:
         if name is None:
             return max(self.drives.values(), key=len)
         if not isinstance(name, str) or name not in self.drives:
-            raise UnknownNameError("drive", str(name), self.drives)
+            raise UnknownNameError("drive", shown_name(name), self.drives)
         return self.drives[name]
 
     def drive_coordinates(self, name: str | None) -> Array:
@@ -178,15 +211,31 @@ class Mechanism:
         return np.array([a.offset for a in self.actuators.values()])
 
     def actuator_values(self, q: Array) -> Array:
-        """Actuator values (..., n_act) [rad or m] at q (..., nq)."""
+        """Actuator values (..., n_act) [rad or m] at q (..., nq).
+
+        Raises:
+            InputError: not numbers, or of another shape.
+        """
+        q = self._joint_rows(q, "q", self.model.nq)
         return q[..., self.actuator_coordinates] * self.scales + self.offsets
 
     def actuator_rates(self, v: Array) -> Array:
-        """Actuator rates (..., n_act) [rad/s or m/s] of joint velocities v (..., nv)."""
-        v = np.asarray(v, dtype=float)
-        if v.shape[-1:] != (self.model.nv,):
-            raise InputError(f"v must have shape (..., {self.model.nv}), has {v.shape}")
+        """Actuator rates (..., n_act) [rad/s or m/s] of joint velocities v (..., nv).
+
+        Raises:
+            InputError: not numbers, or of another shape.
+        """
+        v = self._joint_rows(v, "v", self.model.nv)
         return v[..., self.actuator_coordinates] * self.scales
+
+    def _joint_rows(self, values: Array, what: str, count: int) -> Array:
+        if type(values) is not np.ndarray or values.dtype != float:
+            values = numbers(values, f"{what} value")
+        if values.shape[-1:] != (count,):
+            raise InputError(
+                f"{what} must have shape (..., {count}), one column a joint, has {values.shape}"
+            )
+        return values
 
     def constraint_models(self) -> pin.StdVec_ConstraintModel:
         """The closures as Pinocchio constraint models, for people who work with Pinocchio.
@@ -229,6 +278,12 @@ class Mechanism:
             UnknownNameError: a name or pattern fits no joint.
             InputError: a value is negative or not finite.
         """
+        if not isinstance(friction, Mapping):
+            raise InputError(
+                "friction must map joints to (Coulomb, viscous), "
+                f"like {{'arm*': (0.1, 0.02)}}; is {shown(friction)}"
+            )
+        only = flag(only, "only")
         model = self.model.copy()
         dry = np.zeros(model.nv) if only else np.array(model.upperDryFrictionLimit)
         viscous = np.zeros(model.nv) if only else np.array(model.damping)
@@ -236,13 +291,14 @@ class Mechanism:
             named = isinstance(pattern, str)
             fitting = [k for k, j in enumerate(self.joints) if named and fnmatchcase(j, pattern)]
             if not fitting:
-                raise UnknownNameError("joint", str(pattern), self.joints)
-            if np.shape(values) != (2,) or not all(np.isfinite(x) and x >= 0 for x in values):
+                raise UnknownNameError("joint", shown_name(pattern), self.joints)
+            pair = numbers(values, f"{pattern!r} friction value")
+            if pair.shape != (2,) or not (np.isfinite(pair) & (pair >= 0)).all():
                 raise InputError(
                     f"friction of {pattern!r} must be two finite numbers of at least 0 "
-                    f"(Coulomb, viscous), is {values!r}"
+                    f"(Coulomb, viscous), is {shown(values)}"
                 )
-            dry[fitting], viscous[fitting] = values
+            dry[fitting], viscous[fitting] = pair
         model.lowerDryFrictionLimit, model.upperDryFrictionLimit = -dry, dry
         model.damping = viscous
         return self.with_model(model)
@@ -281,7 +337,18 @@ class Mechanism:
         return mount_arm(self, arm, placement=placement, prefix=prefix, joints=joints, home=home)
 
     def with_model(self, model: pin.Model) -> Mechanism:
-        """The same mechanism on a model with the same geometry but other inertias or friction."""
+        """The same mechanism on a model with the same geometry but other inertias or friction.
+
+        Raises:
+            InputError: not a model, or its joints are not those of this mechanism (no units).
+        """
+        if not isinstance(model, pin.Model):
+            raise InputError(f"model must be a pinocchio.Model, is {shown(model)}")
+        if tree_of(model) != tree_of(self.model):
+            raise InputError(
+                "the model has other joints, placements or axes than the mechanism; only masses "
+                "and friction may differ: start from mech.model.copy()"
+            )
         other = replace(self, model=model, _home=[], _pool=[])
         if self._home:
             other._home.append(self.home.moved_to(other))

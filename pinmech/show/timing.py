@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pinmech.errors import InputError
+from pinmech.mechanism.numeric import numbers, positive, shown, whole
 
 Array = np.ndarray
 
 _RATE = 30.0  # poses a second, of a path without times
+_MOST_FRAMES = 100_000
 _LONGEST = 20.0  # [s] that an animation lasts at most unless asked for otherwise
 
 
@@ -24,10 +26,7 @@ def time_axis(time: Sequence[float] | Array | None, count: int) -> Array:
     """
     if time is None:
         return np.arange(count) / _RATE
-    try:
-        axis = np.asarray(time, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError("time must be numbers [s]") from None
+    axis = numbers(time, "time value")
     if axis.shape != (count,):
         raise InputError(f"time must have shape ({count},), one for each pose, has {axis.shape}")
     if not np.isfinite(axis).all() or not (np.diff(axis) > 0).all():
@@ -80,10 +79,12 @@ class Timing:
         Raises:
             InputError: a duration that is not positive, less than 2 frames.
         """
-        if duration is not None and not (np.isfinite(duration) and duration > 0):
-            raise InputError(f"duration must be a positive time [s], is {duration!r}")
-        if frames < 2:
+        if duration is not None:
+            duration = positive(duration, "duration", unit="s", most=1e6)
+        if whole(frames, "frames") < 2:
             raise InputError(f"an animation needs at least 2 frames, not {frames!r}")
+        if frames > _MOST_FRAMES:
+            raise InputError(f"an animation has at most {_MOST_FRAMES} frames, not {shown(frames)}")
         good = np.flatnonzero(success)
         real = float(time[good[-1]] - time[good[0]])
         if len(good) == 1:

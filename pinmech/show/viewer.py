@@ -16,6 +16,8 @@ from pinmech.errors import InputError
 from pinmech.kinematics.solution import Path
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import flag, numbers, positive, shown
+from pinmech.mechanism.same_geometry import same_geometry
 from pinmech.show import shapes
 from pinmech.show.animation import Animation, good_rows, make_animation
 from pinmech.show.bodies import corner_points, load_bodies
@@ -64,6 +66,7 @@ def view(
         InputError: not something to view; a path without one pose that succeeded; wrong times;
             shapes that cannot be read; no server at ``url``.
     """
+    flag(open, "open")
     if isinstance(subject, Path):
         viewer = Viewer(subject.mechanism)
         viewer.animate(subject, time=time, duration=duration, frames=frames)
@@ -74,10 +77,10 @@ def view(
         viewer = Viewer(home.mechanism)
         viewer.display(home)
     else:
-        raise InputError(
-            f"view needs a Mechanism, a ClosedState or a Path, got {type(subject).__name__}"
-        )
+        raise InputError(f"view needs a Mechanism, a ClosedState or a Path, got {shown(subject)}")
     if url is not None:
+        if not isinstance(url, str):
+            raise InputError(f"url must be a text, like 'tcp://127.0.0.1:6000', is {shown(url)}")
         viewer.connect(url)
     if open:
         viewer.open()
@@ -127,11 +130,11 @@ class Viewer:
             InputError: a state of another mechanism; values of wrong shape, or not finite.
         """
         if isinstance(state, ClosedState):
-            if state.mechanism.joints != self.mechanism.joints:
+            if not same_geometry(state.mechanism, self.mechanism):
                 raise InputError(f"the state is of another mechanism, {state.mechanism.name}")
             q = np.array(state.q)
         else:
-            q = np.asarray(state, dtype=float)
+            q = numbers(state, "q value")
             if q.shape != (self.mechanism.model.nq,) or not np.isfinite(q).all():
                 raise InputError(f"q must be {self.mechanism.model.nq} finite numbers")
         self._move(q)
@@ -147,7 +150,9 @@ class Viewer:
         frames: int = 240,
     ) -> None:
         """Make the scene play a path; arguments as for :func:`view`."""
-        if path.mechanism.joints != self.mechanism.joints:
+        if not isinstance(path, Path):
+            raise InputError(f"path must be a Path, from inverse_path, not {type(path).__name__}")
+        if not same_geometry(path.mechanism, self.mechanism):
             raise InputError(f"the path is of another mechanism, {path.mechanism.name}")
         shown = make_animation(
             path, self.scene, self.bodies, time=time, duration=duration, frames=frames
@@ -184,8 +189,7 @@ class Viewer:
         Raises:
             InputError: no path, no pose that succeeded, wrong times, a rate that is not positive.
         """
-        if not (np.isfinite(rate) and rate > 0):
-            raise InputError(f"rate must be positive, is {rate!r}")
+        rate = positive(rate, "rate")
         if path is None:
             if self._shown is None:
                 raise InputError("there is no path to play; give one")
