@@ -220,4 +220,5 @@ def test_a_singular_drive_has_no_holding_torque(antenna: pm.Mechanism) -> None:
     cases = [LoadCase("stay", stay, (0.0, 0.0, 0.0))]
     rows = {(r.drive, r.actuator): r for r in size_actuators(Case("c", smooth, cases)).rows}
     for (drive, _), row in rows.items():
+        assert row.ok, row.note
         assert np.isnan(row.holding) == np.isnan(row.breakaway) == (drive == "12")
