@@ -41,8 +41,8 @@ TARGETS = (
     )),
 )  # fmt: skip
 _ACTUATION = [f"tests/actuation/test_{name}.py" for name in (
-    "sharing", "friction", "holding", "overflow", "dynamics_path", "dynamics",
-    "dynamics_reactions", "sizing", "cases_shipped", "mujoco",
+    "dynamics", "dynamics_reactions", "dynamics_path", "sharing", "friction", "overflow", "holding",
+    "sizing", "cases_shipped", "mujoco",
 )]  # fmt: skip
 #: Pattern of modules -> tests in the order in which they are tried. Files that are not there are
 #: left out; a test named after the module always goes first.
@@ -63,7 +63,7 @@ TESTS: dict[str, list[str]] = {
         "tests/actuation/test_dynamics_path.py",
     ],
 }  # fmt: skip
-_IGNORED = (".git", ".venv", "out", "docs/images", "*.egg-info", "__pycache__", ".*_cache")
+_IGNORED = (".git", ".venv", "out", "*.egg-info", "__pycache__", ".*_cache")
 SHARE = 0.9
 
 
