@@ -104,7 +104,7 @@ class Bench:
     """A copy of the tree in which one mutant at a time is tried."""
 
     def __init__(self, root: Path, folder: Path) -> None:
-        self.root = root
+        self._process: subprocess.Popen[bytes] | None = None
         shutil.copytree(root, folder, ignore=shutil.ignore_patterns(*_IGNORED))
         self.folder = folder
 
@@ -120,7 +120,7 @@ class Bench:
             "OMP_NUM_THREADS": "1",
             "OPENBLAS_NUM_THREADS": "1",
         }
-        process = subprocess.Popen(
+        process = self._process = subprocess.Popen(
             command,
             cwd=self.folder,
             env=environment,
@@ -133,14 +133,19 @@ class Bench:
         except subprocess.TimeoutExpired:
             return None
         finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)  # its own group: what it started too
-                process.wait()
+            self.stop()
+
+    def stop(self) -> None:
+        """End the tests that run, with what they started: they have a process group of their own."""
+        process = self._process
+        if process is not None and process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
 
     def trial(self, mutant: Mutant, tests: Sequence[str], timeout: float) -> str:
         """Change the file, run the tests, put the file back."""
-        original = (self.root / mutant.file).read_text(encoding="utf-8")
         path = self.folder / mutant.file
+        original = path.read_text(encoding="utf-8")
         path.write_text(apply(original, mutant), encoding="utf-8")
         try:
             code = self.run(tests, timeout)
@@ -171,9 +176,10 @@ def run(
         if not tests:
             raise RuntimeError(f"{file}: no tests are known for it; add them to TESTS")
     with tempfile.TemporaryDirectory(prefix="mutants_") as place:
+        benches = [Bench(root, Path(place) / f"tree{k}") for k in range(jobs)]
         free: SimpleQueue[Bench] = SimpleQueue()
-        for k in range(jobs):
-            free.put(Bench(root, Path(place) / f"tree{k}"))
+        for bench in benches:
+            free.put(bench)
 
         def baseline(test: str) -> float:
             bench, start = free.get(), time.monotonic()
@@ -201,10 +207,16 @@ def run(
                       file=sys.stderr, flush=True)  # fmt: skip
             return Outcome(mutant, result, taken)
 
-        with ThreadPoolExecutor(jobs) as pool:
+        pool = ThreadPoolExecutor(jobs)
+        try:
             files = sorted({test for tests in sets.values() for test in tests})
             seconds = dict(zip(files, pool.map(baseline, files), strict=True))
             return list(pool.map(one, mutants))
+        finally:  # also when it is interrupted: begin nothing more, end what runs
+            pool.shutdown(wait=False, cancel_futures=True)
+            for bench in benches:
+                bench.stop()
+            pool.shutdown()
 
 
 def accepted(path: Path = ACCEPTED) -> dict[tuple[str, str, str, str, int], str]:

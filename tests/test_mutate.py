@@ -40,6 +40,7 @@ def changes(source: str) -> list[tuple[str, str]]:
         ("raise Error(f'{1 + 1}')", []),
         ("'''text of 3'''", []),
         ("x: Literal[1] = y", []),
+        ("x = zip(a, b, strict=True)", []),
         ("Array = A | B", []),
         ("if TYPE_CHECKING:\n    x = 1", []),
     ],
