@@ -3,8 +3,8 @@
 Used by mutate.py. Comparisons are negated (and moved by one where whole numbers are compared),
 ``and`` and ``or``, ``+`` and ``-``, ``*`` and ``/`` change places, numbers get one more, booleans
 flip, signs and ``not`` are dropped, the first two arguments of a call change places where they are
-of a kind. Left alone is
-what no test should look at: annotations, messages of exceptions, texts, type-checking imports, checks of zip.
+of a kind. Left alone is what no test should look at: annotations, messages of exceptions, texts,
+type-checking imports, the check of zip.
 """
 
 from __future__ import annotations

@@ -136,7 +136,7 @@ class Bench:
             self.stop()
 
     def stop(self) -> None:
-        """End the tests that run, with what they started: they have a process group of their own."""
+        """End the tests that run, with what they started: their process group is their own."""
         process = self._process
         if process is not None and process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
