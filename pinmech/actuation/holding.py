@@ -54,7 +54,7 @@ def torques_at_rest(
     else:
         reach = [(-size, size) for size in np.abs(pull).sum(axis=0)]
     bounds = [(m + low, m + high) for m, (low, high) in zip(middle, reach, strict=True)]
-    if not np.isfinite(bounds).all() or any(low > high for low, high in bounds):
+    if not np.isfinite(bounds).all():
         return None
     return [(float(low), float(high)) for low, high in bounds]
 
@@ -62,8 +62,6 @@ def torques_at_rest(
 def _held_by_friction(left: Array, still: Array, limits: Array) -> tuple[Array, Array] | None:
     """Equations rows @ x = values for the shares x of the limits, each within ±1, with which
     friction holds the motions ``left`` (nv, k); None if one needs more than no friction at all."""
-    if not left.shape[1]:
-        return np.zeros((0, len(limits))), np.zeros(0)
     load = left.T @ still
     u, sizes, vt = np.linalg.svd(left.T * limits, full_matrices=True)
     grip = float(np.abs(left).max(initial=0.0) * limits.max(initial=0.0))
@@ -75,7 +73,7 @@ def _held_by_friction(left: Array, still: Array, limits: Array) -> tuple[Array, 
 
 
 def _extremes(pull: Array, rows: Array, values: Array) -> tuple[float, float]:
-    """Least and largest pull @ x over |x| <= 1 with rows @ x = values; (inf, -inf) if none."""
+    """Least and largest pull @ x over |x| <= 1 with rows @ x = values; infinite if none."""
     from scipy.optimize import linprog
 
     size = float(np.abs(pull).max(initial=0.0)) or 1.0
