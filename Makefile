@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help size size-all reproduce test check lint types imports pytest modes bench clean
+.PHONY: help size size-all reproduce test check lint types imports pytest modes mutants bench clean
 CASES := $(basename $(notdir $(wildcard scripts/cases/*.yaml)))
 
 help:
@@ -13,6 +13,7 @@ help:
 	@echo "make test   lint, types, import direction, generated files, tests"
 	@echo "make check  the committed URDFs, descriptions and trajectories are what the scripts write"
 	@echo "make modes  inverse kinematics of 20,000 random poses against the closed form"
+	@echo "make mutants  does some test fail when the code is wrong? 300 changes, an hour or two"
 	@echo "make bench  speed against placo, a plain loop and MuJoCo (installs placo beside)"
 	@echo "make clean  remove .venv and out/"
 
@@ -62,6 +63,9 @@ pytest: $(VENV)/.test
 
 modes: $(VENV)/.test
 	$(BIN)/python scripts/check_modes.py
+
+mutants: $(VENV)/.test
+	$(BIN)/python scripts/mutate.py --out out/mutants.md
 
 bench: $(VENV)/.test
 	$(BIN)/python scripts/bench_kinematics.py

@@ -80,7 +80,8 @@ class Case:
         path: the case file, None for a case made in Python.
 
     Raises:
-        InputError: no load case, names that appear twice, a trajectory of other outputs.
+        InputError: no load case, names that appear twice, a trajectory of other outputs, loads
+            that are not finite or beyond ±1e12.
         UnknownNameError: a drive that the mechanism does not have.
     """
 
@@ -138,6 +139,10 @@ class Case:
                     f"load case {case.name!r} moves {columns} outputs, "
                     f"the mechanism has {len(outputs)}: {', '.join(outputs)}"
                 )
+            try:
+                self.loads(case)
+            except InputError as error:
+                raise InputError(f"load case {case.name!r}: {error}") from None
 
     def loads(self, load_case: LoadCase) -> Loads:
         """Gravity, payload and wrench of a load case."""
@@ -322,6 +327,8 @@ class _Builder:
             return None
         gravity = tuple(float(x) for x in spec.gravity)
         wrench = tuple(float(x) for x in spec.wrench)
+        self.attempt((*place, "gravity"), lambda: Loads(gravity=gravity))
+        self.attempt((*place, "wrench"), lambda: Loads(wrench=wrench))
         return LoadCase(spec.name, motion, gravity, wrench, source)  # type: ignore[arg-type]
 
     def profile(

@@ -13,11 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from pinmech.actuation.loads import Loads, friction_forces, given_loads, loaded_model
+from pinmech.actuation.friction import REST, friction_forces
+from pinmech.actuation.holding import torques_at_rest
+from pinmech.actuation.loads import Loads, given_loads, loaded_model
+from pinmech.actuation.overflow import check_finite
 from pinmech.actuation.sharing import check_sharing, share
 from pinmech.errors import InputError, SingularError, UnknownNameError
-from pinmech.kinematics.arguments import Values, closed, numbers, vector
-from pinmech.kinematics.motion import Motions, motions_at
+from pinmech.kinematics.arguments import LARGEST, Values, closed, numbers, sensible, vector
+from pinmech.kinematics.motion import motions_at
 from pinmech.kinematics.rates import acceleration_at, output_motion_at
 from pinmech.kinematics.scaling import frame_twist, rank_of, velocity_scale
 from pinmech.kinematics.state import ClosedState
@@ -46,6 +49,11 @@ class InverseDynamics:
             mechanism do not determine that component; then the least-norm choice is given.
         velocity, acceleration: (nv,) of the joints [rad/s, m/s; rad/s², m/s²].
         generalised_force: (n_out,) force that the drive balances, per output [N·m or N].
+        holding: at rest (no rates, no accelerations), actuator -> (least, largest) torque [N·m]
+            or force [N] with which stiction keeps the mechanism still; ``torques`` are those
+            without its help. The ends are the torques that start a motion, over all directions
+            of starting. Of a redundant drive they are those of the chosen sharing: any preload
+            may be added. None while moving, or where friction does not keep an idle motion still.
     """
 
     torques: Mapping[str, float]
@@ -55,8 +63,10 @@ class InverseDynamics:
     velocity: Array
     acceleration: Array
     generalised_force: Array
+    holding: Mapping[str, tuple[float, float]] | None = None
 
 
+@np.errstate(over="ignore", invalid="ignore")  # told in the end, by name
 def inverse_dynamics(
     state: ClosedState,
     output_rates: Values,
@@ -80,7 +90,8 @@ def inverse_dynamics(
     Raises:
         SingularError: ``type1``: the output motion does not determine the joints'; ``type2``: the
             drive cannot produce the motion here; the message names the part left unbalanced.
-        InputError, UnknownNameError: malformed arguments.
+        InputError, UnknownNameError: malformed arguments, values beyond ±1e12, or masses or
+            friction so large that the torques overflow.
     """
     mechanism = closed(state).mechanism
     rates = vector(output_rates, mechanism.outputs, "output rate")
@@ -88,9 +99,11 @@ def inverse_dynamics(
     names, coordinates = mechanism.drive(drive), mechanism.drive_coordinates(drive)
     scales = np.array([mechanism.actuators[name].scale for name in names])
     weights = check_sharing(sharing, drive_limits(mechanism, names))
-    tree = open_tree(state, rates, accelerations, given_loads(loads))
+    loads = given_loads(loads)
+    tree = open_tree(state, rates, accelerations, loads)
     motion, required = np.hstack([tree.motion, tree.loose]), tree.required
     force = motion.T @ required
+    check_finite("torques", mechanism, required, force)
     shared = share(motion[coordinates].T * scales, force, weights)
     # Rounding is relative to what cancels in the sum, not to the sum.
     size = (np.abs(motion).T @ np.abs(required)).max()
@@ -101,6 +114,11 @@ def inverse_dynamics(
     effort = np.zeros(mechanism.model.nv)
     effort[coordinates] = scales * shared.torques
     reactions, unique = _reactions(mechanism, tree.closure, tree.placements, required - effort)
+    check_finite("torques", mechanism, shared.torques, tree.acceleration, *reactions.values())
+    holding = None
+    if tree.rests:
+        bounds = torques_at_rest(mechanism, motion, tree.still, tree.idle, shared)
+        holding = None if bounds is None else dict(zip(names, bounds, strict=True))
     return InverseDynamics(
         torques={name: float(u) for name, u in zip(names, shared.torques, strict=True)},
         preload_basis=shared.preload,
@@ -109,6 +127,7 @@ def inverse_dynamics(
         velocity=tree.velocity,
         acceleration=tree.acceleration,
         generalised_force=force[: len(mechanism.outputs)],
+        holding=holding,
     )
 
 
@@ -119,23 +138,39 @@ class OpenTree:
     Attributes:
         motion: (nv, n_out) joint velocity per output rate.
         loose: (nv, m) motions that are possible to first order only: their forces must balance.
+        idle: (nv, i) motions that no actuator and no closure acts on.
         velocity, acceleration: (nv,) of the joints [rad/s, m/s; rad/s², m/s²].
         required: (nv,) joint forces [N·m or N]: inertia, gravity, friction, less the wrench.
+        still: (nv,) the same standing still without friction: gravity less the wrench.
+        rests: no joint moves or is to be accelerated.
+        friction: (nv,) the part of ``required`` that friction takes.
         closure: (rows, nv) closure Jacobian.
         placements: loop -> second frame in the first.
     """
 
     motion: Array
     loose: Array
+    idle: Array
     velocity: Array
     acceleration: Array
     required: Array
+    still: Array
+    rests: bool
+    friction: Array
     closure: Array
     placements: Mapping[str, pin.SE3]
 
 
-def open_tree(state: ClosedState, rates: Array, accelerations: Array, loads: Loads) -> OpenTree:
+def open_tree(
+    state: ClosedState,
+    rates: Array,
+    accelerations: Array,
+    loads: Loads,
+    heading: Array | None = None,
+) -> OpenTree:
     """Joint motion and joint forces for (n_out,) output rates and accelerations.
+
+    Coulomb friction has the direction of the output rates ``heading`` (n_out,), left out: of rates.
 
     Raises:
         SingularError: ``type1``.
@@ -150,15 +185,30 @@ def open_tree(state: ClosedState, rates: Array, accelerations: Array, loads: Loa
         wrench = _external(mechanism, system, loads)
         closure = np.array(system.jacobian())
         v = motion @ rates
+        friction = friction_forces(mechanism, v, None if heading is None else motion @ heading)
         a = acceleration_at(mechanism, system, state.q, v, motion, accelerations)
         placements = {
             name: relative_placement(loop, system.data) for name, loop in mechanism.loops.items()
         }
-        if found.idle.shape[1]:
-            a = a + _idle_acceleration(mechanism, model, data, found, state.q, v, a, wrench)
-        required = np.array(pin.rnea(model, data, state.q, v, a))
-    required += friction_forces(mechanism, v) - wrench
-    return OpenTree(motion, outputs.loose, v, a, required, closure, placements)
+        idle = found.idle * velocity_scale(mechanism)[:, None]
+        rests = bool(max(np.abs(v).max(), np.abs(a).max()) <= REST)
+        still = np.array(pin.computeGeneralizedGravity(model, data, state.q)) - wrench
+        if idle.shape[1]:
+            a = a + _idle_acceleration(model, data, idle, state.q, v, a, friction - wrench)
+        required = np.array(pin.rnea(model, data, state.q, v, a)) + (friction - wrench)
+    return OpenTree(
+        motion,
+        outputs.loose,
+        idle,
+        v,
+        a,
+        required,
+        still,
+        rests,
+        friction,
+        closure,
+        placements,
+    )
 
 
 def _loaded(
@@ -201,18 +251,10 @@ def _external(mechanism: Mechanism, system: ClosureSystem, loads: Loads) -> Arra
 
 
 def _idle_acceleration(
-    mechanism: Mechanism,
-    model: pin.Model,
-    data: pin.Data,
-    found: Motions,
-    q: Array,
-    v: Array,
-    a: Array,
-    wrench: Array,
+    model: pin.Model, data: pin.Data, idle: Array, q: Array, v: Array, a: Array, resisting: Array
 ) -> Array:
     """(nv,) what the idle motions do by themselves: no actuator and no closure acts on them."""
-    idle = found.idle * velocity_scale(mechanism)[:, None]
-    required = pin.rnea(model, data, q, v, a) + friction_forces(mechanism, v) - wrench
+    required = pin.rnea(model, data, q, v, a) + resisting
     mass = pin.crba(model, data, q)
     mass = np.triu(mass) + np.triu(mass, 1).T
     return -idle @ np.linalg.solve(idle.T @ mass @ idle, idle.T @ required)
@@ -243,6 +285,7 @@ def _reactions(
     return reactions, unique
 
 
+@np.errstate(over="ignore", invalid="ignore")  # told in the end, by name
 def forward_dynamics(
     state: ClosedState,
     velocity: Values | Array,
@@ -264,13 +307,16 @@ def forward_dynamics(
             algorithm (spherical closures of full rank only).
 
     Raises:
-        InputError, UnknownNameError: malformed arguments, or a velocity that opens a loop.
+        InputError, UnknownNameError: malformed arguments, values beyond ±1e12, a velocity that
+            opens a loop, or masses or friction so large that the accelerations overflow.
     """
     mechanism = closed(state).mechanism
     loads = given_loads(loads)
     v = numbers(velocity, "joint velocity value")
     if v.shape != (mechanism.model.nv,) or not np.isfinite(v).all():
         raise InputError(f"velocity must be {mechanism.model.nv} finite numbers, has {v.shape}")
+    if not sensible(v).all():
+        raise InputError(f"velocity is beyond ±{LARGEST:.0e}: check the unit")
     effort = np.zeros(mechanism.model.nv)
     if not isinstance(torques, Mapping):
         raise InputError(
@@ -294,8 +340,12 @@ def forward_dynamics(
     tau = effort + wrench - friction_forces(mechanism, v)
     if method == "constraintDynamics":
         loops = tuple(mechanism.loops.values())
-        return constraint_dynamics(model, loops, mechanism.length, state.q, v, tau)
-    return reduced_acceleration(mechanism, model, model.createData(), state.q, v, tau, k, gamma)
+        a = constraint_dynamics(model, loops, mechanism.length, state.q, v, tau)
+    else:
+        data = model.createData()
+        a = reduced_acceleration(mechanism, model, data, state.q, v, tau, k, gamma)
+    check_finite("accelerations", mechanism, a)
+    return a
 
 
 def _known(mechanism: Mechanism, torques: Mapping[str, float]) -> Array:

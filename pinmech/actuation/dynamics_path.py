@@ -6,20 +6,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import pinocchio as pin
-from scipy.linalg import lapack
 
 from pinmech.actuation.dynamics import drive_limits, open_tree, unbalanced_message
-from pinmech.actuation.loads import Loads, friction_forces, given_loads, loaded_model
+from pinmech.actuation.friction import friction_forces, headings
+from pinmech.actuation.lean import Lean
+from pinmech.actuation.loads import Loads, given_loads
+from pinmech.actuation.overflow import overflow_message
 from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
+from pinmech.actuation.standing import standing_torques
 from pinmech.errors import InputError, SingularError
-from pinmech.kinematics.arguments import asked
+from pinmech.kinematics.arguments import LARGEST, asked, sensible
 from pinmech.kinematics.firstorder import loose_freedoms
 from pinmech.kinematics.rates import check_rates
 from pinmech.kinematics.rows import check_rows_closed
-from pinmech.kinematics.scaling import frame_twist
 from pinmech.kinematics.solution import Path
-from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import shown
 from pinmech.mechanism.same_geometry import same_geometry
@@ -27,12 +27,10 @@ from pinmech.mechanism.same_geometry import same_geometry
 Array = np.ndarray
 Progress = Callable[[int, int], None]
 
-#: Part of the largest rate below which a rate is rounding.
+#: Part of the largest rate or static torque below which one is rounding.
 _NOISE = 1e-11
 #: Points between two samples at which the interpolated drive Jacobian is examined.
 _BETWEEN = 16
-#: A pivot this much smaller than the largest one: the careful solver decides what is singular.
-_DOUBTFUL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -44,13 +42,19 @@ class DynamicsPath:
         drive: name of the drive.
         actuators: names of its actuators.
         success: (N,) bool.
-        status: (N,) texts: ``ok``, ``singular``, or the status of the path's row.
+        status: (N,) texts: ``ok``, ``singular``, ``bad_input`` (rates or accelerations that are
+            not finite or beyond ±1e12, or torques that overflow), or the status of the path's row.
         torques: (N, n_drive) [N·m or N].
         actuator_rates: (N, n_drive) [rad/s or m/s].
         generalised_force: (N, n_out) force that the drive balances, per output [N·m or N].
         drive_jacobian: (N, n_drive, n_out) actuator rates per output rate [rad or m, each].
         crossings: rows k such that the drive passes a type 2 singularity between k and k + 1.
         messages: row -> reason, for the rows that failed.
+        static: (N, n_drive) torques that hold each pose still without the help of friction
+            [N·m or N]; None unless the demand is one with ``standing``.
+        breakaway: (N, n_drive) largest torque [N·m or N], at least 0, that starts a motion from
+            rest at each pose, over all directions: the static load and all of the friction; None
+            likewise. (See ``InverseDynamics.holding``.)
     """
 
     mechanism: Mechanism
@@ -64,6 +68,8 @@ class DynamicsPath:
     drive_jacobian: Array
     crossings: tuple[int, ...]
     messages: dict[int, str] = field(default_factory=dict)
+    static: Array | None = None
+    breakaway: Array | None = None
 
     def __len__(self) -> int:
         return len(self.success)
@@ -80,6 +86,9 @@ class Demand:
         magnitude: (N,) size of the terms that cancel in ``force``, for telling rounding from load.
         status: (N,) texts.
         messages: row -> reason.
+        static: (N, n_out + m) generalised force of each, standing still without friction, or None.
+        rubbing: (N, j, n_out + m) motion of each joint that has Coulomb friction, times that
+            friction [N·m or N], or None.
     """
 
     actuator_jacobian: Array
@@ -87,6 +96,8 @@ class Demand:
     magnitude: Array
     status: Array
     messages: dict[int, str]
+    static: Array | None = None
+    rubbing: Array | None = None
 
 
 def inverse_dynamics_path(
@@ -98,6 +109,7 @@ def inverse_dynamics_path(
     drive: str | None = None,
     sharing: str = "min_norm",
     loads: Loads | None = None,
+    continuous: bool = False,
     progress: Progress | None = None,
 ) -> DynamicsPath:
     """Torques of a drive along a path.
@@ -109,16 +121,28 @@ def inverse_dynamics_path(
             rows fail here too.
         rates, accelerations: (N, n_out) of the outputs [rad/s, m/s; rad/s², m/s²].
         drive, sharing, loads: as for :func:`pinmech.inverse_dynamics`.
+        continuous: the rows are samples of one motion, in order of time. Where it starts from
+            rest or comes to rest, friction has the direction of that motion, as it has beside
+            that sample; without it each row stands for itself, and one at rest has no friction.
         progress: called with (poses done, N) now and then.
 
     Raises:
         InputError, UnknownNameError: malformed arguments; a path of another geometry, or one whose
             joint values were edited so that a loop is open.
     """
-    demand = demand_path(mechanism, path, rates, accelerations, loads=loads, progress=progress)
+    demand = demand_path(
+        mechanism,
+        path,
+        rates,
+        accelerations,
+        loads=loads,
+        continuous=continuous,
+        progress=progress,
+    )
     return share_path(mechanism, path, demand, rates, drive=drive, sharing=sharing)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # told by share_path, row by row
 def demand_path(
     mechanism: Mechanism,
     path: Path,
@@ -126,9 +150,15 @@ def demand_path(
     accelerations: object,
     *,
     loads: Loads | None = None,
+    continuous: bool = False,
+    standing: bool = False,
     progress: Progress | None = None,
 ) -> Demand:
-    """What the motion demands of whichever drive: compute once, then share among drives."""
+    """What the motion demands of whichever drive: compute once, then share among drives.
+
+    ``standing`` asks for the forces at rest in each pose too; the rest as for
+    :func:`inverse_dynamics_path`.
+    """
     asked(mechanism, progress=progress)
     if not isinstance(path, Path):
         raise InputError(f"path must be a Path, from inverse_path, is {shown(path)}")
@@ -138,9 +168,8 @@ def demand_path(
             f"placements, loops) is not that of this {mechanism.name}; solve the path for this one"
         )
     check_rows_closed(mechanism, path.q, path.success, "path")
-    path = replace(
-        path, mechanism=mechanism
-    )  # masses and friction of this one, in all that follows
+    # Masses and friction of this one, in all that follows.
+    path = replace(path, mechanism=mechanism)
     count = len(path)
     rate = check_rates(mechanism, rates, count, "rates")
     acceleration = check_rates(mechanism, accelerations, count, "accelerations")
@@ -148,42 +177,59 @@ def demand_path(
     nv, outputs = mechanism.model.nv, len(mechanism.outputs)
     loose = loose_freedoms(mechanism)
     motion = np.full((count, nv, outputs + loose), np.nan)
-    velocity, required = np.full((count, nv), np.nan), np.full((count, nv), np.nan)
+    velocity, required, still = np.full((3, count, nv), np.nan)
+    heading = headings(rate) if continuous else rate
     status, messages = path.status.copy(), dict(path.messages)
-    finite = np.isfinite(rate).all(axis=1) & np.isfinite(acceleration).all(axis=1)
+    good = np.asarray(sensible(np.hstack([rate, acceleration])).all(axis=1))
     with mechanism.scratch() as system:
         square = system.rows == nv - outputs and mechanism.outputs.kind == "joints"
-        lean = _Lean(mechanism, system, loads) if square and not loose else None
+        lean = Lean(mechanism, system, loads, standing=standing) if square and not loose else None
         for k in range(count):
             if progress is not None and k % 256 == 0:
                 progress(k, count)
             if not path.success[k]:
                 continue
-            if not finite[k]:
-                status[k], messages[k] = "bad_input", "rates or accelerations are not finite"
+            if not good[k]:
+                status[k] = "bad_input"
+                messages[k] = (
+                    f"rates or accelerations are NaN, infinite or beyond ±{LARGEST:.0e}: "
+                    "check the unit"
+                )
                 continue
             if lean is not None and lean.solve(path.q[k], rate[k], acceleration[k]):
                 motion[k], velocity[k], required[k] = lean.motion, lean.velocity, lean.required
+                still[k] = lean.still
                 continue
             try:
-                tree = open_tree(path.state(k), rate[k], acceleration[k], loads)
+                tree = open_tree(path.state(k), rate[k], acceleration[k], loads, heading[k])
                 motion[k], velocity[k] = np.hstack([tree.motion, tree.loose]), tree.velocity
-                required[k] = tree.required - friction_forces(mechanism, tree.velocity)
+                required[k], still[k] = tree.required - tree.friction, tree.still
             except SingularError as trouble:
                 status[k], messages[k] = "singular", str(trouble)
     if progress is not None:
         progress(count, count)
-    required += friction_forces(mechanism, velocity)
+    along = np.einsum("nij,nj->ni", motion[:, :, :outputs], heading) if continuous else None
+    required += friction_forces(mechanism, velocity, along)
+    dry = np.array(mechanism.model.upperDryFrictionLimit)
+    rubs = np.flatnonzero(dry)
+    force = np.einsum("nij,ni->nj", motion, required)
+    size = np.einsum("nij,ni->nj", np.abs(motion), np.abs(required)).max(axis=1)
+    for row in np.flatnonzero((status == "ok") & ~np.isfinite(size)):
+        status[row], messages[int(row)] = "bad_input", overflow_message("forces", mechanism)
+        force[row] = np.nan
     scales = mechanism.scales[:, None]
     return Demand(
         motion[:, mechanism.actuator_coordinates] * scales,
-        np.einsum("nij,ni->nj", motion, required),
-        np.einsum("nij,ni->nj", np.abs(motion), np.abs(required)).max(axis=1),
+        force,
+        size,
         status,
         messages,
+        np.einsum("nij,ni->nj", motion, still) if standing else None,
+        motion[:, rubs] * dry[rubs, None] if standing else None,
     )
 
 
+@np.errstate(over="ignore", invalid="ignore")  # told row by row
 def share_path(
     mechanism: Mechanism,
     path: Path,
@@ -218,6 +264,14 @@ def share_path(
             status[row] = "singular"
             messages[int(row)] = unbalanced_message(mechanism, names, unbalanced)
             torques[row] = np.nan
+    for row in np.flatnonzero((status == "ok") & ~np.isfinite(torques).all(axis=1)):
+        status[row], messages[int(row)] = "bad_input", overflow_message("torques", mechanism)
+        torques[row] = np.nan
+    static, breakaway = None, None
+    if demand.static is not None and demand.rubbing is not None:
+        static, breakaway = standing_torques(
+            jacobian, weights, demand.static, demand.rubbing, status == "ok"
+        )
     return DynamicsPath(
         mechanism=mechanism,
         drive=label,
@@ -230,13 +284,16 @@ def share_path(
         drive_jacobian=jacobian[:, :, :outputs],
         crossings=type2_crossings(jacobian),
         messages=messages,
+        static=None if static is None else _without_noise(static),
+        breakaway=breakaway,
     )
 
 
-def _without_noise(rates: Array) -> Array:
-    """Rates with 0 for what is rounding beside the largest of them: an actuator at rest."""
-    largest = float(np.nanmax(np.abs(rates), initial=0.0))
-    return np.where(np.abs(rates) < _NOISE * largest, 0.0, rates)
+def _without_noise(values: Array) -> Array:
+    """Rates or static torques with 0 for what is rounding beside the largest of them: an actuator
+    at rest, or one that carries nothing."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    return np.where(np.abs(values) < _NOISE * largest, 0.0, values)
 
 
 def _name_of(mechanism: Mechanism, names: tuple[str, ...]) -> str:
@@ -266,50 +323,3 @@ def type2_crossings(jacobian: Array) -> tuple[int, ...]:
         if (signs <= 0.0).any():
             found.append(int(k))
     return tuple(found)
-
-
-class _Lean:
-    """One pose for mechanisms whose equations are square with the outputs held: LAPACK only.
-
-    Attributes:
-        motion: (nv, n_out) joint velocity per output rate, of the last solve.
-        velocity: (nv,) joint velocity [rad/s, m/s].
-        required: (nv,) joint forces without friction [N·m or N].
-    """
-
-    def __init__(self, mechanism: Mechanism, system: ClosureSystem, loads: Loads) -> None:
-        self.system = system
-        self._model = loaded_model(mechanism, loads)
-        self._data = self._model.createData()
-        self._held = np.array(mechanism.outputs.coordinates)
-        self._free = np.setdiff1d(np.arange(mechanism.model.nv), self._held)
-        self._wrench = np.array(loads.wrench) if any(loads.wrench) else None
-        self._mechanism = mechanism
-        self.motion = np.zeros((mechanism.model.nv, len(self._held)))
-        self.motion[self._held] = np.eye(len(self._held))
-        self.velocity = self.required = np.zeros(mechanism.model.nv)
-
-    def solve(self, q: Array, rate: Array, acceleration: Array) -> bool:
-        """Fill the attributes; False at a type 1 singularity."""
-        system, motion, free = self.system, self.motion, self._free
-        system.evaluate(q)
-        k = system.jacobian()
-        # Not dgetrf and dgetrs: OpenBLAS starts threads in dgetrs for more than one right side,
-        # which costs a thousand times the solve on a busy machine.
-        lu, pivots, x, info = lapack.dgesv(k.take(free, axis=1), k.take(self._held, axis=1))
-        diagonal = np.abs(lu.diagonal())
-        if info != 0 or diagonal.min() <= _DOUBTFUL * diagonal.max():
-            return False
-        motion[free] = -x
-        v = motion.dot(rate)
-        resisted = None
-        if self._wrench is not None:
-            frame = self._mechanism.platform_frame
-            resisted = frame_twist(self._mechanism, system, frame).T @ self._wrench
-        gamma = system.drift(q, v)
-        a = motion.dot(acceleration)
-        a[free] -= lapack.dgetrs(lu, pivots, gamma)[0]
-        required = pin.rnea(self._model, self._data, q, v, a)
-        self.velocity = v
-        self.required = required if resisted is None else required - resisted
-        return True

@@ -1,4 +1,4 @@
-"""What acts on a mechanism: gravity, a payload on the platform, an external wrench, friction."""
+"""What acts on a mechanism from outside: gravity, a payload on the platform, a wrench."""
 
 from __future__ import annotations
 
@@ -9,22 +9,19 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError
+from pinmech.kinematics.arguments import LARGEST, sensible
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import number, numbers, shown
 
 Array = np.ndarray
-
-#: A joint slower than this part of the fastest one counts as turning over: its Coulomb friction
-#: grows linearly there, so that rounding noise of a joint that rests has no friction.
-TURN_OVER = 1e-6
-#: Below this speed of the fastest joint [rad/s or m/s] the mechanism rests: friction is 0.
-REST = 1e-12
 
 
 def _tuple(values: object, shape: tuple[int, ...], what: str) -> tuple:
     array = numbers(values, f"{what} value")
     if array.shape != shape or not np.isfinite(array).all():
         raise InputError(f"{what} must be finite numbers of shape {shape}, is {shown(values)}")
+    if not sensible(array).all():
+        raise InputError(f"{what} is beyond ±{LARGEST:.0e}: check the unit; it is {shown(values)}")
     return tuple(map(tuple, array.tolist())) if len(shape) == 2 else tuple(array.tolist())
 
 
@@ -38,7 +35,8 @@ class Payload:
         inertia: (3, 3) about the centre of mass, platform axes [kg·m²].
 
     Raises:
-        InputError: negative mass, wrong shapes, or an inertia that no body can have.
+        InputError: negative mass, wrong shapes, an inertia that no body can have, or a number
+            beyond ±1e12.
     """
 
     mass: float
@@ -75,6 +73,9 @@ class Loads:
         payload: body on the platform, or None.
         wrench: (6,) force [N] above moment [N·m] on the platform, at the platform frame's origin,
             base axes: what the world does to the platform.
+
+    Raises:
+        InputError: wrong shapes, or a number that is not finite or beyond ±1e12.
     """
 
     gravity: Sequence[float] = (0.0, 0.0, -9.81)
@@ -112,18 +113,3 @@ def loaded_model(mechanism: Mechanism, loads: Loads) -> pin.Model:
         frame = mechanism.platform_frame
         model.inertias[frame.joint] += frame.placement.act(body)
     return model
-
-
-def sliding_directions(v: Array) -> Array:
-    """(..., nv) between -1 and 1: direction in which Coulomb friction acts against v (..., nv)."""
-    fastest = np.abs(v).max(axis=-1, keepdims=True)
-    moving = fastest > REST
-    return np.where(moving, np.clip(v / np.where(moving, TURN_OVER * fastest, 1.0), -1.0, 1.0), 0.0)
-
-
-def friction_forces(mechanism: Mechanism, v: Array) -> Array:
-    """(..., nv) joint forces [N·m or N] that friction and damping take at v (..., nv), against
-    the motion: Coulomb · direction + viscous · v. At rest friction is taken as 0, since nothing
-    determines it there."""
-    model = mechanism.model
-    return model.upperDryFrictionLimit * sliding_directions(v) + model.damping * v

@@ -28,13 +28,19 @@ class Shared:
         torques: (n_drive,) [N·m or N].
         preload: (n_drive, k) orthonormal torques that do no work in any motion.
         unbalanced: (n_out,) part of b that the drive cannot produce; 0 away from singularities.
-        distance: smallest singular value of A relative to its largest.
+        distance: smallest singular value of A relative to its largest; 0 for a drive with fewer
+            actuators than motions, which leaves some of them to themselves.
+        gain: (n_drive, n_out) torques per b: the sharing is linear.
+        beyond: (n_out, m) orthonormal generalised forces that the drive cannot produce; usually
+            m = 0.
     """
 
     torques: Array
     preload: Array
     unbalanced: Array
     distance: float
+    gain: Array
+    beyond: Array
 
 
 def check_sharing(sharing: str, limits: Array) -> Array:
@@ -50,7 +56,8 @@ def check_sharing(sharing: str, limits: Array) -> Array:
         raise InputError(
             'sharing "weighted" weighs by the effort limits of the URDF; some actuators have none'
         )
-    return limits
+    # Only their ratios count: limits of absurd size must not overflow.
+    return limits / limits.max()
 
 
 def share(a: Array, b: Array, weights: Array) -> Shared:
@@ -63,4 +70,5 @@ def share(a: Array, b: Array, weights: Array) -> Shared:
     kernel = vt[count:].T * weights[:, None]
     preload = np.linalg.qr(kernel)[0] if kernel.shape[1] else kernel
     distance = float(values[-1] / largest) if a.shape[0] <= a.shape[1] else 0.0
-    return Shared(torques, preload, b - u[:, :count] @ inside, distance)
+    gain = weights[:, None] * (vt[:count].T / values[:count]) @ u[:, :count].T
+    return Shared(torques, preload, b - u[:, :count] @ inside, distance, gain, u[:, count:])

@@ -10,13 +10,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pinmech.actuation.case import Case, LoadCase, load_case_file
 from pinmech.actuation.dynamics_path import DynamicsPath, demand_path, share_path
+from pinmech.actuation.overflow import overflow_message
 from pinmech.actuation.sizing_rows import History, Sampling, SizingRow
 from pinmech.actuation.sizing_table import SizingTable
 from pinmech.errors import InputError
@@ -53,6 +55,7 @@ class Reduced(NamedTuple):
     positive_work: float
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def reduce_history(time: Array, torque: Array, speed: Array) -> Reduced:
     """Sizing numbers of one actuator.
 
@@ -66,6 +69,8 @@ def reduce_history(time: Array, torque: Array, speed: Array) -> Reduced:
 
     Raises:
         InputError: arrays of different shapes, or time that does not increase.
+
+    Numbers so large that their squares or powers overflow give inf or NaN.
     """
     time, torque, speed = (
         numbers(values, f"{name} value")
@@ -138,15 +143,26 @@ def size_actuators(case: Case | str | Path, progress: Progress | None = None) ->
         report = told.part(f"{load_case.name}: forces")
         loads = case.loads(load_case)
         demand = demand_path(
-            mechanism, path, motion.rates, motion.accelerations, loads=loads, progress=report
+            mechanism,
+            path,
+            motion.rates,
+            motion.accelerations,
+            loads=loads,
+            continuous=True,
+            standing=True,
+            progress=report,
         )
         for drive in case.drives:
             torques = share_path(
                 mechanism, path, demand, motion.rates, drive=drive, sharing=case.sharing
             )
             history, failure_time = _history(case, load_case, drive, path, torques)
+            found = _rows(history, failure_time)
+            if not all(map(_finite, found)):
+                history, failure_time = _overflowed(history, overflow_message("torques", mechanism))
+                found = _rows(history, failure_time)
             histories[load_case.name, drive] = history
-            rows += _rows(history, failure_time)
+            rows += found
     return SizingTable(
         name=case.name,
         title=case.title,
@@ -209,6 +225,8 @@ def _history(
         speeds=np.asarray(torques.actuator_rates),
         status=status,
         note=note,
+        static=torques.static,
+        breakaway=torques.breakaway,
     )
     return history, failure_time
 
@@ -240,26 +258,42 @@ def first_failure(time: Array, path: PosePath, torques: DynamicsPath) -> tuple[s
 
 
 def _rows(history: History, failure_time: float) -> list[SizingRow]:
-    rows = []
-    for k, (actuator, linear) in enumerate(zip(history.actuators, history.linear, strict=True)):
-        if history.status != "ok":
-            rows.append(
-                SizingRow(
-                    history.load_case,
-                    history.drive,
-                    actuator,
-                    linear,
-                    status=history.status,
-                    failure_time=failure_time,
-                    note=history.note,
-                )
-            )
-            continue
-        numbers = reduce_history(history.time, history.torques[:, k], history.speeds[:, k])
-        rows.append(
-            SizingRow(history.load_case, history.drive, actuator, linear, **numbers._asdict())
-        )
-    return rows
+    return [_row(history, k, failure_time) for k in range(len(history.actuators))]
+
+
+def _row(history: History, k: int, failure_time: float) -> SizingRow:
+    row = SizingRow(
+        history.load_case,
+        history.drive,
+        history.actuators[k],
+        history.linear[k],
+        status=history.status,
+        failure_time=failure_time,
+        note=history.note,
+    )
+    if not row.ok:
+        return row
+    numbers = reduce_history(history.time, history.torques[:, k], history.speeds[:, k])._asdict()
+    if history.static is not None and history.breakaway is not None:
+        numbers["holding"] = float(np.abs(history.static[:, k]).max())
+        numbers["breakaway"] = float(history.breakaway[:, k].max())
+    return replace(row, **numbers)
+
+
+def _finite(row: SizingRow) -> bool:
+    """False for numbers that overflowed. (Where a drive is singular, holding and breakaway are NaN
+    by right.)"""
+    if not row.ok:
+        return True
+    plain = all(math.isfinite(getattr(row, key)) for key in Reduced._fields)
+    return plain and not math.isinf(row.holding) and not math.isinf(row.breakaway)
+
+
+def _overflowed(history: History, reason: str) -> tuple[History, float]:
+    """The history as failed, and when: where its torques are largest."""
+    k = int(np.argmax(np.abs(history.torques).max(axis=1)))
+    note = f"bad input at t = {history.time[k]:.6g} s: {reason}"
+    return replace(history, status="bad_input", note=note), float(history.time[k])
 
 
 def envelope(rows: Sequence[SizingRow]) -> tuple[SizingRow, ...]:
@@ -278,9 +312,9 @@ def envelope(rows: Sequence[SizingRow]) -> tuple[SizingRow, ...]:
             result.append(bad)
             continue
         top = max(group, key=lambda row: row.peak_torque)
-        largest = {
-            key: max(getattr(row, key) for row in group)
-            for key in Reduced._fields
+        largest: dict[str, Any] = {
+            key: float(np.max([getattr(row, key) for row in group]))  # NaN if one is
+            for key in (*Reduced._fields, "holding", "breakaway")
             if key != "peak_time"
         }
         result.append(

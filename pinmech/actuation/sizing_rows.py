@@ -33,6 +33,10 @@ class SizingRow:
         peak_motoring: largest power that the actuator puts in [W], at least 0.
         peak_braking: largest power that it takes out [W], at least 0.
         positive_work: energy that it puts in, what it takes out not deducted [J].
+        holding: largest absolute torque that holds a pose of the motion still without the help of
+            friction: gravity and the wrench alone [N·m or N].
+        breakaway: largest absolute torque that starts a motion from rest at a pose of the motion,
+            in whichever direction: the static load and all of the friction [N·m or N].
         status: ``ok``, or a solver status such as ``singular`` or ``unreachable``.
         failure_time: when the motion first fails [s]; NaN when it does not.
         note: for a failure, a sentence with time and reason.
@@ -49,6 +53,8 @@ class SizingRow:
     peak_motoring: float = math.nan
     peak_braking: float = math.nan
     positive_work: float = math.nan
+    holding: float = math.nan
+    breakaway: float = math.nan
     status: str = "ok"
     failure_time: float = math.nan
     note: str = ""
@@ -68,9 +74,13 @@ class History:
         actuators: names of the drive's actuators.
         linear: for each, True when it slides.
         time: (N,) [s].
-        torques: (N, n_drive) [N·m or N]; NaN where the motion failed.
+        torques: (N, n_drive) [N·m or N]; NaN where the motion failed. Where the motion starts
+            from rest or comes to rest, with the friction of that motion.
         speeds: (N, n_drive) [rad/s or m/s]; NaN where the motion failed.
         status, note: as in the rows.
+        static: (N, n_drive) torques that hold each pose still without friction [N·m or N]; NaN
+            where the drive is singular.
+        breakaway: (N, n_drive) largest absolute torque that starts a motion at each pose, likewise.
     """
 
     load_case: str
@@ -82,6 +92,8 @@ class History:
     speeds: Array
     status: str = "ok"
     note: str = ""
+    static: Array | None = None
+    breakaway: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -165,6 +177,8 @@ COLUMNS = (
     Column("peak_torque", "peak torque", "N·m", "N"),
     Column("peak_time", "at time", "s", "s"),
     Column("rms_torque", "RMS torque", "N·m", "N"),
+    Column("holding", "holding torque", "N·m", "N"),
+    Column("breakaway", "breakaway torque", "N·m", "N"),
     Column("peak_speed", "peak speed", "rad/s", "m/s"),
     Column("peak_motoring", "peak motoring", "W", "W"),
     Column("peak_braking", "peak braking", "W", "W"),
@@ -178,7 +192,10 @@ ENVELOPE_TEXT = (
 ROWS_TEXT = (
     "Peaks are the largest absolute values among the samples; RMS is weighted by time (trapezoid "
     "rule); motoring is power that the actuator puts in, braking power that it takes out; positive "
-    "work is the time integral of the motoring power."
+    "work is the time integral of the motoring power. Where a motion starts from rest or comes to "
+    "rest, friction acts as in that motion. The holding torque keeps the worst pose of the motion "
+    "still without the help of friction, the breakaway torque starts from rest at the worst pose "
+    "in the worst direction: static load and all of the friction."
 )
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 #: The tables fit this many columns; output that goes to no terminal gets them.
-WIDTH = 110
+WIDTH = 120
 
 
 def _rich(module: str) -> Any:
@@ -64,7 +64,8 @@ def terminal_table(rows: Sequence[SizingRow], title: str) -> Table:
         table.add_column(text(key.replace("_", " ")), vertical="bottom")
     for column in COLUMNS:
         first, _, second = column.label.partition(" ")
-        heading = text(f"{first}\n{second}\n[{column.unit(rows)}]")
+        unit = column.unit(rows).replace(" or ", "\nor ")  # two units would make a wide column
+        heading = text(f"{first}\n{second}\n[{unit}]")
         table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
     for row, after in zip_longest(rows, rows[1:]):
         # A drive comes again only in the next load case; in an envelope each comes once.

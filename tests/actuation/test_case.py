@@ -275,3 +275,13 @@ def test_the_schema_for_editors_knows_every_key() -> None:
     schema = case_schema()
     assert set(schema["properties"]) >= {"schema", "mechanism", "payload", "friction", "load_cases"}
     assert schema["additionalProperties"] is False
+
+
+def test_absurd_loads_are_faults_of_the_file(tmp_path: Path) -> None:
+    text = GOOD.replace("gravity: [0, 0, 0]", "gravity: [0, 0, 1e308]")
+    text = text.replace("wrench: [1, 0,", "wrench: [1e200, 0,").replace("mass: 2,", "mass: 1e99,")
+    found = faults(tmp_path, text)
+    assert len(found) == 3
+    assert "gravity is beyond ±1e+12: check the unit" in found["case.yaml:12 load_cases[0].gravity"]
+    assert "wrench is beyond ±1e+12" in found["case.yaml:14 load_cases[0].wrench"]
+    assert "payload mass is beyond ±1e+12" in found["case.yaml:4 payload"]

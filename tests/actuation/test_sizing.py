@@ -120,13 +120,13 @@ def test_bad_histories_raise(arrays) -> None:
 
 def test_envelope_takes_each_largest_and_fails_with_the_drive() -> None:
     rows = [
-        SizingRow("a", "1", "m", False, 3.0, 0.5, 1.0, 9.0, 1.0, 0.0, 7.0),
-        SizingRow("a", "2", "m", False, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0),
-        SizingRow("b", "1", "m", False, 2.0, 0.7, 1.5, 2.0, 0.0, 4.0, 1.0),
+        SizingRow("a", "1", "m", False, 3.0, 0.5, 1.0, 9.0, 1.0, 0.0, 7.0, 0.5, 2.0),
+        SizingRow("a", "2", "m", False, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+        SizingRow("b", "1", "m", False, 2.0, 0.7, 1.5, 2.0, 0.0, 4.0, 1.0, 0.7, 1.0),
         SizingRow("b", "2", "m", False, status="singular", failure_time=4.0, note="why"),
     ]
     first, second = envelope(rows)
-    assert first == SizingRow("a", "1", "m", False, 3.0, 0.5, 1.5, 9.0, 1.0, 4.0, 7.0)
+    assert first == SizingRow("a", "1", "m", False, 3.0, 0.5, 1.5, 9.0, 1.0, 4.0, 7.0, 0.7, 2.0)
     assert second is rows[3]
     assert math.isnan(second.peak_torque)
 
@@ -272,7 +272,7 @@ def test_force_and_torque_of_a_mixed_drive() -> None:
     assert sliding.peak_torque == pytest.approx(2.0 / (0.1 * math.cos(0.5)), rel=1e-6)
     assert turning.peak_torque == pytest.approx(0, abs=1e-6)
     text = table.to_markdown()
-    assert text.count("[N·m or N]") == 4
+    assert text.count("[N·m or N]") == 8  # peak, RMS, holding, breakaway; twice
     # and each row says which: once in the envelope, once in its load case
     assert (text.count("| q1 [N·m] |"), text.count("| q2 [N] |")) == (2, 2)
 

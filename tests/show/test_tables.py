@@ -133,9 +133,9 @@ def test_html(table: SizingTable, tmp_path) -> None:
 
 def test_the_terminal_shows_everything_within_its_width(table: SizingTable) -> None:
     stream = io.StringIO()
-    print_table(table, Console(file=stream, width=100))
+    print_table(table, Console(file=stream, width=WIDTH))
     text = stream.getvalue()
-    assert max(map(len, text.splitlines())) <= 100
+    assert max(map(len, text.splitlines())) <= WIDTH == 120
     assert "…" not in text
     words = " ".join(text.split())
     assert "A [b]title</b>" in words  # no markup is read into the texts of a case

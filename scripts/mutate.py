@@ -1,0 +1,292 @@
+"""A mutation run: does some test fail when the code is wrong?
+
+    python scripts/mutate.py                      300 mutants, seed 1, 2 processes
+    python scripts/mutate.py --count 20 --only pinmech/actuation/sharing.py --minutes 10
+
+Each mutant (mutants.py) is tried in a copy of the tree with the tests of its module, the nearest
+ones first, until one fails. Which mutants are taken depends on the seed and the code alone. The
+report is a Markdown table. Survivors that cannot matter stand in mutants_accepted.toml with a
+reason each. Exit code 0: all ran, 90 % were killed, and each survivor has a reason.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from fnmatch import fnmatch
+from pathlib import Path
+from queue import SimpleQueue
+
+from mutants import Mutant, apply, find
+
+ROOT = Path(__file__).resolve().parents[1]
+ACCEPTED = Path(__file__).with_name("mutants_accepted.toml")
+TARGETS = (
+    "pinmech/kinematics/*.py",
+    "pinmech/mechanism/closures.py",
+    *(f"pinmech/actuation/{name}.py" for name in (
+        "dynamics*", "sharing", "standing", "holding", "friction", "overflow", "lean", "loads",
+        "sizing*",
+    )),
+)  # fmt: skip
+_ACTUATION = [f"tests/actuation/test_{name}.py" for name in (
+    "dynamics", "dynamics_reactions", "dynamics_path", "sharing", "friction", "overflow", "holding",
+    "sizing", "cases_shipped", "mujoco",
+)]  # fmt: skip
+#: Pattern of modules -> tests in the order in which they are tried. Files that are not there are
+#: left out; a test named after the module always goes first.
+TESTS: dict[str, list[str]] = {
+    "pinmech/actuation/sizing*": [
+        "tests/actuation/test_sizing.py", "tests/show/test_tables.py",
+        "tests/actuation/test_friction.py", "tests/actuation/test_cases_shipped.py",
+        "tests/actuation/test_overflow.py", "tests/test_readme.py",
+    ],
+    "pinmech/actuation/*": _ACTUATION,
+    "pinmech/mechanism/closures.py": [
+        "tests/mechanism/test_closures.py", "tests/kinematics/test_jacobians.py",
+        "tests/mechanism/test_known_mobility.py", "tests/actuation/test_dynamics_reactions.py",
+        "tests/kinematics/test_assembly.py",
+    ],
+    "pinmech/kinematics/*": [
+        "tests/kinematics/test_*.py", "tests/analysis/test_*.py", "tests/mechanisms/test_*.py",
+        "tests/actuation/test_dynamics_path.py",
+    ],
+}  # fmt: skip
+_IGNORED = (".git", ".venv", "out", "*.egg-info", "__pycache__", ".*_cache")
+SHARE = 0.9
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A mutant and what became of it: ``killed``, ``timeout``, ``survived`` or ``not run``."""
+
+    mutant: Mutant
+    result: str
+    seconds: float = 0.0
+
+
+def nearest_first(file: str, root: Path, table: Mapping[str, Sequence[str]] = TESTS) -> list[str]:
+    """Test files of a module, the nearest first."""
+    stem = Path(file).stem.strip("_")
+    patterns = [f"tests/**/test_{stem}.py"]
+    patterns += next((list(tests) for key, tests in table.items() if fnmatch(file, key)), [])
+    found: dict[str, None] = {}
+    for pattern in patterns:
+        for path in sorted(root.glob(pattern)):
+            found[path.relative_to(root).as_posix()] = None
+    return list(found)
+
+
+def choose(root: Path, patterns: Iterable[str], count: int, seed: int) -> list[Mutant]:
+    """``count`` mutants of the files that fit, in the order of their files and lines."""
+    files = sorted({path for pattern in patterns for path in root.glob(pattern)})
+    every = [
+        mutant
+        for path in files
+        for mutant in find(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8"))
+    ]
+    chosen = random.Random(seed).sample(every, min(count, len(every)))
+    return sorted(chosen, key=lambda mutant: (mutant.file, mutant.number))
+
+
+class Bench:
+    """A copy of the tree in which one mutant at a time is tried."""
+
+    def __init__(self, root: Path, folder: Path) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        shutil.copytree(root, folder, ignore=shutil.ignore_patterns(*_IGNORED))
+        self.folder = folder
+
+    def run(self, tests: Sequence[str], timeout: float) -> int | None:
+        """Exit code of pytest; None when it took too long."""
+        command = [
+            sys.executable, "-B", "-m", "pytest", "-x", "-q", "--no-header", "--tb=no",
+            "--hypothesis-seed=0", f"--basetemp={self.folder / '.tmp'}", *tests,
+        ]  # fmt: skip
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(self.folder),
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
+        process = self._process = subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        try:
+            return process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return None
+        finally:
+            self.stop()
+
+    def stop(self) -> None:
+        """End the tests that run, with what they started: their process group is their own."""
+        process = self._process
+        if process is not None and process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+    def trial(self, mutant: Mutant, tests: Sequence[str], timeout: float) -> str:
+        """Change the file, run the tests, put the file back."""
+        path = self.folder / mutant.file
+        original = path.read_text(encoding="utf-8")
+        path.write_text(apply(original, mutant), encoding="utf-8")
+        try:
+            code = self.run(tests, timeout)
+        finally:
+            path.write_text(original, encoding="utf-8")
+        if code is None:
+            return "timeout"
+        return "survived" if code == 0 else "killed"
+
+
+def run(
+    root: Path,
+    mutants: Sequence[Mutant],
+    *,
+    jobs: int,
+    minutes: float,
+    table: Mapping[str, Sequence[str]] = TESTS,
+    tell: bool = True,
+) -> list[Outcome]:
+    """Try the mutants in ``jobs`` copies of the tree; what does not fit into the time is not run.
+
+    Raises:
+        RuntimeError: a module has no tests, or they fail without any change.
+    """
+    end = time.monotonic() + 60 * minutes
+    sets = {mutant.file: nearest_first(mutant.file, root, table) for mutant in mutants}
+    for file, tests in sets.items():
+        if not tests:
+            raise RuntimeError(f"{file}: no tests are known for it; add them to TESTS")
+    with tempfile.TemporaryDirectory(prefix="mutants_") as place:
+        benches = [Bench(root, Path(place) / f"tree{k}") for k in range(jobs)]
+        free: SimpleQueue[Bench] = SimpleQueue()
+        for bench in benches:
+            free.put(bench)
+
+        def baseline(test: str) -> float:
+            bench, start = free.get(), time.monotonic()
+            try:
+                code = bench.run([test], 600)
+            finally:
+                free.put(bench)
+            if code != 0:
+                raise RuntimeError(f"{test} fails without any change (exit code {code})")
+            return time.monotonic() - start
+
+        def one(mutant: Mutant) -> Outcome:
+            bench, start = free.get(), time.monotonic()
+            try:
+                if start > end:
+                    return Outcome(mutant, "not run")
+                tests = sets[mutant.file]
+                result = bench.trial(mutant, tests, 30 + 4 * sum(seconds[t] for t in tests))
+            finally:
+                free.put(bench)
+            taken = time.monotonic() - start
+            if tell:
+                where = f"{mutant.file}:{mutant.line}"
+                print(f"{result:9}{taken:6.1f} s  {where}  {mutant.before}  ->  {mutant.after}",
+                      file=sys.stderr, flush=True)  # fmt: skip
+            return Outcome(mutant, result, taken)
+
+        pool = ThreadPoolExecutor(jobs)
+        try:
+            files = sorted({test for tests in sets.values() for test in tests})
+            seconds = dict(zip(files, pool.map(baseline, files), strict=True))
+            return list(pool.map(one, mutants))
+        finally:  # also when it is interrupted: begin nothing more, end what runs
+            pool.shutdown(wait=False, cancel_futures=True)
+            for bench in benches:
+                bench.stop()
+            pool.shutdown()
+
+
+def accepted(path: Path = ACCEPTED) -> dict[tuple[str, str, str, str, int], str]:
+    """Key of a mutant -> why it may survive."""
+    entries = tomllib.loads(path.read_text(encoding="utf-8")).get("mutant", [])
+    return {
+        (e["file"], e["function"], e["before"], e["after"], e.get("nth", 0)): e["reason"]
+        for e in entries
+    }
+
+
+def report(outcomes: Sequence[Outcome], reasons: Mapping[tuple, str], title: str) -> str:
+    """The outcomes as Markdown: a table of the files, a list of the survivors."""
+    lines = [
+        f"# {title}",
+        "",
+        "| file | mutants | killed | of these by time | survived | not run |",
+    ]
+    lines.append("| --- | ---: | ---: | ---: | ---: | ---: |")
+    groups = {file: [o for o in outcomes if o.mutant.file == file] for file in
+              dict.fromkeys(o.mutant.file for o in outcomes)}  # fmt: skip
+    for file, group in [*groups.items(), ("all", list(outcomes))]:
+        late, killed, survived, left = (
+            sum(o.result == word for o in group)
+            for word in ("timeout", "killed", "survived", "not run")
+        )
+        counts = (len(group), killed + late, late, survived, left)
+        lines.append(f"| {file} | " + " | ".join(map(str, counts)) + " |")
+    lines += ["", f"Killed: {100 * share(outcomes):.1f} % of those that ran.", ""]
+    survivors = [o.mutant for o in outcomes if o.result == "survived"]
+    if survivors:
+        lines += ["| survivor | in | before | after | reason |", "| --- | --- | --- | --- | --- |"]
+    for m in survivors:
+        cells = (f"{m.file}:{m.line}", m.function, f"`{m.before}`", f"`{m.after}`",
+                 reasons.get(m.key, "**none**"))  # fmt: skip
+        lines.append(
+            "| " + " | ".join(c.replace("|", "\\|").replace("\n", " ") for c in cells) + " |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def share(outcomes: Sequence[Outcome]) -> float:
+    """Part of the mutants that ran which the tests killed, from 0 to 1."""
+    ran = [o for o in outcomes if o.result != "not run"]
+    return sum(o.result != "survived" for o in ran) / len(ran) if ran else 0.0
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=300, help="mutants (default 300)")
+    parser.add_argument("--seed", type=int, default=1, help="which of them (default 1)")
+    parser.add_argument("--only", action="append", metavar="FILE", help="this file, or pattern")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--minutes", type=float, default=180, help="time for all (default 180)")
+    parser.add_argument("--out", type=Path, help="write the report here too")
+    options = parser.parse_args(argv)
+    mutants = choose(ROOT, options.only or TARGETS, options.count, options.seed)
+    if not mutants:
+        parser.error("there is nothing to mutate there")
+    outcomes = run(ROOT, mutants, jobs=options.jobs, minutes=options.minutes)
+    reasons = accepted()
+    text = report(outcomes, reasons, f"Mutation run, seed {options.seed}")
+    print(text)
+    if options.out is not None:
+        options.out.parent.mkdir(parents=True, exist_ok=True)
+        options.out.write_text(text, encoding="utf-8")
+    explained = all(o.mutant.key in reasons for o in outcomes if o.result == "survived")
+    complete = all(o.result != "not run" for o in outcomes)
+    return 0 if complete and explained and share(outcomes) >= SHARE else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
