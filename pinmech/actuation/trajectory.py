@@ -29,6 +29,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from pinmech.actuation.rotations import canonical, quaternion_rates, quaternions
 from pinmech.actuation.trajectory_file import column_faults, read_csv
 from pinmech.errors import InputError
+from pinmech.files.atomic import write_text
+from pinmech.files.cells import csv_cell
 
 if TYPE_CHECKING:
     from pinmech.mechanism.mechanism import Outputs
@@ -143,16 +145,20 @@ class Trajectory:
         Args:
             path: the file.
             comments: lines that go above the header, each behind a #.
+
+        Raises:
+            InputError: a name that a header cannot hold.
+            OSError: the file cannot be written; an old one is untouched.
         """
         lines = [f"# {line}".rstrip() for text in comments for line in text.splitlines() or [""]]
-        columns = [f"{n} [{u}]" for n, u in zip(self.names, self.units, strict=True)]
+        columns = [csv_cell(f"{n} [{u}]") for n, u in zip(self.names, self.units, strict=True)]
         for column in columns:
             if any(c in column for c in ',"\n\r'):
                 raise InputError(f"name {column!r} cannot be written to a CSV header")
         lines.append(",".join(["time [s]", *columns]))
         for t, row in zip(self.time, self.values, strict=True):
             lines.append(",".join(repr(float(x)) for x in (t, *row)))
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+        write_text(path, "\n".join(lines) + "\n")
 
     def matched(self, outputs: Outputs) -> Trajectory:
         """The same trajectory with the columns in the order of a mechanism's outputs.

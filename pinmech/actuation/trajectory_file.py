@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pinmech.errors import Fault, TrajectoryError, suggest
+from pinmech.files.cells import csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -155,7 +156,7 @@ class _Reader:
         self, number: int, line: str
     ) -> tuple[tuple[str, ...], tuple[str, ...], list[float]]:
         """Names, SI units and factors of the columns behind the time."""
-        fields = self.split(number, line)
+        fields = [csv_text(field) for field in self.split(number, line)]
         if len(fields) == 1 and (";" in line or "\t" in line):
             self.add(number, "columns must be separated by commas")
         elif not any("[" in field for field in fields):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,8 @@ import numpy as np
 from pinmech.actuation.sizing_rows import History
 from pinmech.actuation.sizing_table import SizingTable
 from pinmech.errors import MissingExtraError, UnknownNameError
+from pinmech.files.atomic import write_bytes
+from pinmech.files.names import slugs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,18 +132,14 @@ def save_torque_plots(table: SizingTable, folder: str | Path) -> list[tuple[str,
 
     Raises:
         MissingExtraError: matplotlib is not installed.
+        OSError: a file cannot be written; an old one is untouched.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written: list[tuple[str, Path]] = []
-    taken: set[str] = set()
-    for load_case in dict.fromkeys(name for name, _ in table.histories):
-        stem = base = "torque_" + (re.sub(r"[^\w.-]+", "_", load_case).strip("._") or "case")
-        number = 2
-        while stem.lower() in taken:
-            stem, number = f"{base}_{number}", number + 1
-        taken.add(stem.lower())
-        path = folder / f"{stem}.png"
-        torque_figure(table, load_case).savefig(path)
+    for load_case, stem in slugs((name for name, _ in table.histories), "torque").items():
+        picture = io.BytesIO()
+        torque_figure(table, load_case).savefig(picture, format="png")
+        path = write_bytes(folder / f"{stem}.png", picture.getvalue())
         written.append((f"Torques over time, {load_case}; dots mark the peaks", path))
     return written
