@@ -13,13 +13,12 @@ Inside, everything is SI and radians. Every public function states shapes, units
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from pinmech import errors
-from pinmech.errors import PinmechError, SingularError, SolveError
-
+# Not from typing: whatever is imported here is time in which an interrupt ends in a traceback.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from pinmech import designs
+    from typing import Any
+
+    from pinmech import designs, errors
     from pinmech.actuation.dynamics import InverseDynamics, forward_dynamics, inverse_dynamics
     from pinmech.actuation.dynamics_path import DynamicsPath, inverse_dynamics_path
     from pinmech.actuation.loads import Loads, Payload
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from pinmech.analysis.mobility import Mobility, mobility
     from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
     from pinmech.analysis.singularity import Singularity, singularity
+    from pinmech.errors import PinmechError, SingularError, SolveError
     from pinmech.kinematics.assembly import from_text, load
     from pinmech.kinematics.forward import forward
     from pinmech.kinematics.inverse import inverse
@@ -64,6 +64,7 @@ _HOMES = {
     "analysis.mobility": ("Mobility", "mobility"),
     "analysis.screws": ("LimbScrews", "ScrewSystem", "limb_screws"),
     "analysis.singularity": ("Singularity", "singularity"),
+    "errors": ("PinmechError", "SingularError", "SolveError"),
     "kinematics.assembly": ("from_text", "load"),
     "kinematics.forward": ("forward",),
     "kinematics.inverse": ("inverse",),
@@ -85,7 +86,7 @@ _HOMES = {
 }
 _HOME = {name: f"pinmech.{module}" for module, names in _HOMES.items() for name in names}
 #: Parts of the package that are there without an import of their own.
-_PARTS = ("actuation", "analysis", "designs", "kinematics", "mechanism")
+_PARTS = ("actuation", "analysis", "designs", "errors", "kinematics", "mechanism")
 
 
 def __getattr__(name: str) -> Any:

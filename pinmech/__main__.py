@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
-from types import FrameType
+
+TYPE_CHECKING = False  # not from typing, which takes its time
+if TYPE_CHECKING:
+    from types import FrameType
 
 _INTERRUPTED = 130
 
@@ -13,6 +17,8 @@ _INTERRUPTED = 130
 def main() -> None:
     """Run the command line and exit with its code; 130 with one line after an interrupt."""
     mine = _answer(signal.default_int_handler, _leave)
+    if mine:  # the very end: Python would let the signal kill a process that has done its work
+        atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     try:
         try:
             import rich  # noqa: F401
