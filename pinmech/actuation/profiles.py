@@ -17,6 +17,7 @@ import numpy as np
 
 from pinmech.actuation.rotations import orientation_rates
 from pinmech.actuation.trajectory import _ROTATION, Derivatives, _frozen
+from pinmech.actuation.trajectory_file import LATEST
 from pinmech.errors import InputError
 
 Array = np.ndarray
@@ -77,6 +78,7 @@ def law(name: str, s: Array) -> tuple[Array, Array, Array]:
     return np.where(late, 1 - p(x), p(x)), p.deriv(1)(x), sign * p.deriv(2)(x)
 
 
+@np.errstate(all="ignore")  # what overflows is refused at the end
 def rest_to_rest(
     start: Sequence[float] | Array,
     goal: Sequence[float] | Array,
@@ -100,7 +102,8 @@ def rest_to_rest(
     5.774 L/T^2 (3-4-5), 2.188 L/T and 7.513 L/T^2 (4-5-6-7).
 
     Raises:
-        InputError: shapes differ, or a number is not finite or not positive.
+        InputError: shapes differ, a number is not finite or not positive, or a motion so fast or
+            so long that its derivatives are no numbers.
     """
     first, last = _vector("start", start), _vector("goal", goal)
     if first.shape != last.shape:
@@ -115,6 +118,7 @@ def rest_to_rest(
     )
 
 
+@np.errstate(all="ignore")  # what overflows is refused at the end
 def sweep(
     centre: Sequence[float] | Array,
     amplitude: Sequence[float] | Array,
@@ -141,7 +145,8 @@ def sweep(
         kind: kind of the outputs.
 
     Raises:
-        InputError: shapes differ, cycles that are not whole, a number out of range.
+        InputError: shapes differ, cycles that are not whole, a number out of range, or a motion
+            so fast or so long that its derivatives are no numbers.
     """
     middle, size = _vector("centre", centre), _vector("amplitude", amplitude)
     count = _vector("cycles", cycles)
@@ -182,6 +187,11 @@ def _ramped(s: Array, ramp: float) -> tuple[Array, Array, Array]:
 
 
 def _profile(time: Array, values: Array, rates: Array, second: Array, kind: str) -> Profile:
+    if not all(np.isfinite(part).all() for part in (values, rates, second)):
+        raise InputError(
+            f"the motion is too fast for numbers: its rates or accelerations over {time[-1]:g} s "
+            "overflow; check duration and outputs"
+        )
     turning = _ROTATION.get(kind)
     if turning is not None:
         rates, second = rates.copy(), second.copy()
@@ -200,11 +210,13 @@ def _vector(name: str, values: Sequence[float] | Array) -> Array:
 def _times(duration: float, step: float | None) -> Array:
     if not (math.isfinite(duration) and duration > 0):
         raise InputError(f"duration must be a positive time [s], is {duration!r}")
+    if duration > LATEST:
+        raise InputError(f"duration must be at most {LATEST:g} s, is {duration!r}")
     if step is None:
         return np.linspace(0.0, duration, _SAMPLES)
     if not (math.isfinite(step) and 0 < step <= duration):
         raise InputError(f"step must lie between 0 and the duration [s], is {step!r}")
-    count = int(np.ceil(duration / step * (1 - 1e-12)))
+    count = int(np.ceil(min(duration / step * (1 - 1e-12), 1e18)))
     if count >= _MOST_SAMPLES:
         raise InputError(f"a step of {step} s makes {count + 1} samples: too many")
     return np.linspace(0.0, duration, count + 1)

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from pinmech.actuation.rotations import canonical, quaternion_rates, quaternions
-from pinmech.actuation.trajectory_file import column_faults, read_csv
+from pinmech.actuation.trajectory_file import LATEST, column_faults, read_csv
 from pinmech.errors import InputError
 from pinmech.files.atomic import write_text
 from pinmech.files.cells import csv_cell
@@ -80,7 +80,7 @@ class Trajectory:
 
     Raises:
         InputError: wrong shapes, fewer than two samples, non-finite numbers, time that does not
-            increase, duplicate names.
+            increase or is beyond 1e12 s, duplicate names.
     """
 
     names: tuple[str, ...]
@@ -110,6 +110,8 @@ class Trajectory:
             raise InputError("a trajectory needs at least 2 samples")
         if not (np.isfinite(self.time).all() and np.isfinite(self.values).all()):
             raise InputError("a trajectory must hold finite numbers only")
+        if np.abs(self.time).max() > LATEST:
+            raise InputError(f"times must lie within {LATEST:g} s, reach {self.time[-1]:g} s")
         if not (np.diff(self.time) > 0).all():
             k = int(np.argmin(np.diff(self.time)))
             raise InputError(f"time must increase: {self.time[k + 1]} s follows {self.time[k]} s")
@@ -195,7 +197,8 @@ class Trajectory:
             smoothly where canonical coordinates jump, and rates are the angular velocity.
 
         Raises:
-            InputError: another degree; samples more than 2 rad of rotation apart.
+            InputError: another degree; samples more than 2 rad of rotation apart; samples so close
+                in time that rates or accelerations overflow.
         """
         return self._evaluate(self.time, degree)
 
@@ -222,6 +225,16 @@ class Trajectory:
     def _evaluate(self, time: Array, degree: int) -> Derivatives:
         if degree not in (3, 5):
             raise InputError(f"degree must be 5 or 3, is {degree!r}")
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            found = self._differentiate(time, degree)
+        if not all(np.isfinite(part).all() for part in found):
+            raise InputError(
+                f"the motion is too fast for numbers: its rates or accelerations over "
+                f"{self.duration:g} s overflow; check times and values"
+            )
+        return found
+
+    def _differentiate(self, time: Array, degree: int) -> Derivatives:
         v, d, dd = self._spline(self.values, time, degree)
         turning = _ROTATION.get(self.kind)
         if turning is not None:

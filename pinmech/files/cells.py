@@ -10,7 +10,7 @@ import re
 
 #: Starts of a formula: with a tab or line end before it, in full width too.
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")
-_BACKSLASHED = re.compile(r"[\\`*\[\]|~]")
+_BACKSLASHED = re.compile(r"[\\`*\[\]|~$]")
 _HTML = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
 #: What opens a heading, a list or a rule at the start of a line.
 _BLOCK = re.compile(r"[#+-](?=[#-]|\s|$)|(?P<number>\d{1,9})(?=[.)](?:\s|$))")
