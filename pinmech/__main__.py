@@ -17,6 +17,12 @@ _INTERRUPTED = 130
 def main() -> None:
     """Run the command line and exit with its code; 130 with one line after an interrupt."""
     mine = _answer(signal.default_int_handler, _leave)
+    interrupts: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        interrupts.append(number)
+        raise KeyboardInterrupt
+
     if mine:  # the very end: Python would let the signal kill a process that has done its work
         atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     try:
@@ -30,11 +36,14 @@ def main() -> None:
 
         # A command is interrupted by an exception: it has things to put away.
         if mine:
-            _answer(_leave, signal.default_int_handler)
+            _answer(_leave, interrupt)
         code = run()
         if mine:
-            _answer(signal.default_int_handler, _leave)
-    except KeyboardInterrupt:
+            _answer(interrupt, _leave)
+    except (KeyboardInterrupt, Exception) as error:
+        # A module that a command imports may make an error of its own of the interrupt.
+        if not interrupts and not isinstance(error, KeyboardInterrupt):
+            raise
         sys.stderr.write("pinmech: interrupted\n")
         code = _INTERRUPTED
     raise SystemExit(code)

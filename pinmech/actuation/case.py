@@ -35,7 +35,7 @@ from pinmech.errors import (
     suggest,
 )
 from pinmech.kinematics.assembly import load
-from pinmech.mechanism.loading import data_folder
+from pinmech.mechanism.loading import data_folder, is_folder
 from pinmech.mechanism.mechanism import Mechanism, Outputs
 from pinmech.mechanism.yamlfile import Document, parse, read_text, salvage, structural_faults
 
@@ -133,12 +133,15 @@ def find_case(name_or_path: str | Path) -> Path:
 
     Raises:
         UnknownNameError: neither a name of such a case nor a file.
+        InputError: a folder.
     """
     path = Path(name_or_path)
     if path.suffix.lower() in (".yaml", ".yml") or path.is_file():
         return path
     if str(name_or_path) in cases():
         return _folder() / f"{name_or_path}.yaml"
+    if is_folder(path):
+        raise InputError(f"{str(path)!r} is a folder; name the case file in it")
     raise UnknownNameError("case", str(name_or_path), cases())
 
 

@@ -52,7 +52,7 @@ def mesh_faults(root: etree._Element, folder: Path | None) -> Iterator[tuple[etr
             stays, is_file, is_folder = True, False, False
         if not stays:
             yield mesh, f"mesh {path!r} leaves the folder of the URDF; copy it there"
-        elif is_folder:
+        elif is_folder and path:
             yield mesh, f"mesh {path!r} is a folder; name the file in it"
         elif not is_file:
             yield mesh, f"mesh {path!r} does not exist in the folder of the URDF"
