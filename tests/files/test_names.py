@@ -18,7 +18,17 @@ from pinmech.files.names import LONGEST, slug, slugs
 from pinmech.show.pages import write_case_page
 from pinmech.show.reports import write_report
 
-HOSTILE = ["../../pwn", "/etc/passwd", "..", ".", "a/../../b", "C:\\x", "-rf", "con", "x" * 200]
+HOSTILE = [
+    "../../pwn",
+    "/nonexistent/pwn",
+    "..",
+    ".",
+    "a/../../b",
+    "C:\\x",
+    "-rf",
+    "con",
+    "x" * 200,
+]
 
 
 @pytest.mark.parametrize(
