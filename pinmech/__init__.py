@@ -13,61 +13,90 @@ Inside, everything is SI and radians. Every public function states shapes, units
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from pinmech import errors
-from pinmech.actuation.dynamics import InverseDynamics, forward_dynamics, inverse_dynamics
-from pinmech.actuation.dynamics_path import DynamicsPath, inverse_dynamics_path
-from pinmech.actuation.loads import Loads, Payload
-from pinmech.analysis.collision import Collision, collisions
-from pinmech.analysis.mobility import Mobility, mobility
-from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
-from pinmech.analysis.singularity import Singularity, singularity
-from pinmech.errors import PinmechError, SingularError, SolveError
-from pinmech.kinematics.assembly import from_text, load
-from pinmech.kinematics.forward import forward
-from pinmech.kinematics.inverse import inverse
-from pinmech.kinematics.path import forward_path, inverse_path
-from pinmech.kinematics.rates import (
-    acceleration,
-    closure_jacobian,
-    forward_jacobian,
-    frame_jacobian,
-    inverse_jacobian,
-    tangent,
-    velocity,
-)
-from pinmech.kinematics.solution import Path, Solution
-from pinmech.kinematics.state import ClosedState, verify_closed
-from pinmech.mechanism.loading import mechanisms
-from pinmech.mechanism.mechanism import Mechanism
-
+# Not from typing: whatever is imported here is time in which an interrupt ends in a traceback.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from pinmech import designs
-    from pinmech.actuation.sizing import SizingTable, size_actuators
+    from typing import Any
+
+    from pinmech import designs, errors
+    from pinmech.actuation.dynamics import InverseDynamics, forward_dynamics, inverse_dynamics
+    from pinmech.actuation.dynamics_path import DynamicsPath, inverse_dynamics_path
+    from pinmech.actuation.loads import Loads, Payload
+    from pinmech.actuation.sizing import size_actuators
+    from pinmech.actuation.sizing_table import SizingTable
     from pinmech.actuation.trajectory import Trajectory
+    from pinmech.analysis.collision import Collision, collisions
+    from pinmech.analysis.mobility import Mobility, mobility
+    from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
+    from pinmech.analysis.singularity import Singularity, singularity
+    from pinmech.errors import PinmechError, SingularError, SolveError
+    from pinmech.kinematics.assembly import from_text, load
+    from pinmech.kinematics.forward import forward
+    from pinmech.kinematics.inverse import inverse
+    from pinmech.kinematics.path import forward_path, inverse_path
+    from pinmech.kinematics.rates import (
+        acceleration,
+        closure_jacobian,
+        forward_jacobian,
+        frame_jacobian,
+        inverse_jacobian,
+        tangent,
+        velocity,
+    )
+    from pinmech.kinematics.solution import Path, Solution
+    from pinmech.kinematics.state import ClosedState, verify_closed
+    from pinmech.mechanism.loading import mechanisms
+    from pinmech.mechanism.mechanism import Mechanism
     from pinmech.show.viewer import view
 
 __version__ = "0.1.0"
 
-#: Names that are imported when first used, because what they need is slow to import.
-_LAZY = {
-    "designs": ("pinmech.designs", None),
-    "Trajectory": ("pinmech.actuation.trajectory", "Trajectory"),
-    "size_actuators": ("pinmech.actuation.sizing", "size_actuators"),
-    "SizingTable": ("pinmech.actuation.sizing", "SizingTable"),
-    "view": ("pinmech.show.viewer", "view"),
+#: Where each public name is. It is imported when first used: ``import pinmech`` is quick, and the
+#: command line can answer an interrupt from its first moment on.
+_HOMES = {
+    "actuation.dynamics": ("InverseDynamics", "forward_dynamics", "inverse_dynamics"),
+    "actuation.dynamics_path": ("DynamicsPath", "inverse_dynamics_path"),
+    "actuation.loads": ("Loads", "Payload"),
+    "actuation.sizing": ("size_actuators",),
+    "actuation.sizing_table": ("SizingTable",),
+    "actuation.trajectory": ("Trajectory",),
+    "analysis.collision": ("Collision", "collisions"),
+    "analysis.mobility": ("Mobility", "mobility"),
+    "analysis.screws": ("LimbScrews", "ScrewSystem", "limb_screws"),
+    "analysis.singularity": ("Singularity", "singularity"),
+    "errors": ("PinmechError", "SingularError", "SolveError"),
+    "kinematics.assembly": ("from_text", "load"),
+    "kinematics.forward": ("forward",),
+    "kinematics.inverse": ("inverse",),
+    "kinematics.path": ("forward_path", "inverse_path"),
+    "kinematics.rates": (
+        "acceleration",
+        "closure_jacobian",
+        "forward_jacobian",
+        "frame_jacobian",
+        "inverse_jacobian",
+        "tangent",
+        "velocity",
+    ),
+    "kinematics.solution": ("Path", "Solution"),
+    "kinematics.state": ("ClosedState", "verify_closed"),
+    "mechanism.loading": ("mechanisms",),
+    "mechanism.mechanism": ("Mechanism",),
+    "show.viewer": ("view",),
 }
+_HOME = {name: f"pinmech.{module}" for module, names in _HOMES.items() for name in names}
+#: Parts of the package that are there without an import of their own.
+_PARTS = ("actuation", "analysis", "designs", "errors", "kinematics", "mechanism")
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LAZY:
-        raise AttributeError(f"module 'pinmech' has no attribute {name!r}")
     import importlib
 
-    module, attribute = _LAZY[name]
-    loaded = importlib.import_module(module)
-    value = loaded if attribute is None else getattr(loaded, attribute)
+    if name in _PARTS:
+        return importlib.import_module(f"pinmech.{name}")
+    if name not in _HOME:
+        raise AttributeError(f"module 'pinmech' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOME[name]), name)
     globals()[name] = value
     return value
 

@@ -30,6 +30,7 @@ from bench.ours import Pinmech
 from bench.plain import PlainConstraints, PlainFrames
 
 import pinmech as pm
+from pinmech.files.atomic import write_text
 
 MECHANISM = "antenna_3rsu"
 OURS = Pinmech.name
@@ -250,7 +251,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(text)
     if options.out is not None:
         options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text(text, encoding="utf-8")
+        write_text(options.out, text)
     return 0
 
 

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from pinmech.designs import ARMS, DESIGNS
+from pinmech.files.atomic import write_bytes
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -40,7 +41,7 @@ def main() -> int:
         stale.append(path.relative_to(ROOT))
         if not check:
             path.parent.mkdir(exist_ok=True)
-            path.write_bytes(data)
+            write_bytes(path, data)
     for path in stale:
         print(f"{'differs' if check else 'wrote'}: {path}")
     if check and stale:

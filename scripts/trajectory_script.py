@@ -42,7 +42,7 @@ def run(
             print(problem or f"{options.out} is what this script writes (within {TOLERANCE} rad)")
             return 1 if problem else 0
         trajectory.to_csv(options.out, comments=comments)
-    except PinmechError as error:
+    except (PinmechError, OSError) as error:
         print(error, file=sys.stderr)
         return 2
     low, high = np.degrees(trajectory.values.min(axis=0)), np.degrees(trajectory.values.max(axis=0))

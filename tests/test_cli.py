@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import subprocess
@@ -194,6 +195,52 @@ def test_size_writes_the_tables_and_a_page(call, tmp_path) -> None:
         assert str(path) in text
 
 
+CASE = (
+    "schema: 1\nname: short\nmechanism: antenna_3rsu\ndrives: ['12', '13']\nload_cases:\n"
+    "  - name: slew\n    gravity: [0, 0, 0]\n    profile: {type: slew, unit: deg, duration: 20,"
+    " step: 1, from: {alpha: 0, beta: 0}, to: {alpha: ALPHA, beta: BETA}}\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "beta", "code", "said"),
+    [
+        ("5", "5", 0, ""),
+        # A pose at which drive 12 is singular and 13 is not.
+        (
+            "26.36",
+            "-14.67",
+            0,
+            "warning: 2 of the 4 rows have no numbers; the lines with ! say why",
+        ),
+        ("80", "0", 1, "none of the 4 rows of the table has numbers; the lines with ! say why"),
+    ],
+)
+def test_size_says_when_rows_fail(call, tmp_path, alpha, beta, code, said) -> None:
+    case, out = tmp_path / "short.yaml", tmp_path / "out"
+    case.write_text(CASE.replace("ALPHA", alpha).replace("BETA", beta), encoding="utf-8")
+    found, text, err = call("size", str(case), "--out", str(out))
+    assert (found, err) == (code, f"pinmech: {said}\n" if said else "")
+    assert ("! slew, drive" in text) == bool(said)
+    assert (out / "sizing_short.csv").is_file()  # the files say it too
+    done = process(str(ROOT / "scripts" / "size_actuators.py"), str(case), "--out", str(out))
+    assert (done.returncode, done.stderr) == (
+        code,
+        f"{said.removeprefix('warning: ')}\n" * bool(said),
+    )
+
+
+def test_size_help_explains_its_exit_codes(call) -> None:
+    text = " ".join(call("size", "--help")[1].split())
+    assert "with 1 when no row has" in text
+
+
+def test_a_file_that_cannot_be_written_is_one_line(call, tmp_path) -> None:
+    code, out, err = call("view", "antenna_3rsu", "--out", str(tmp_path))
+    assert (code, out) == (2, "")
+    assert err == f"pinmech: {tmp_path}: cannot be written: Is a directory\n"
+
+
 def test_view(call, tmp_path) -> None:
     page = tmp_path / "page.html"
     code, out, err = call("view", "antenna_3rsu", "alpha=10", "beta=5", "--out", str(page))
@@ -245,6 +292,8 @@ def test_help_and_version(call) -> None:
 
 BAD_INPUT = {
     "unknown mechanism": (("info", "antena_3rsu"), "did you mean 'antenna_3rsu'"),
+    "a folder": (("info", str(ROOT / "loops")), "is a folder; name the description file in it"),
+    "case folder": (("size", str(ROOT)), "is a folder; name the case file in it"),
     "no such file": (("info", "nope.yaml"), "nope.yaml"),
     "unknown command": (("lst",), "lst"),
     "unknown option": (("inverse", "antenna_3rsu", "--foo"), "--foo"),
@@ -314,6 +363,83 @@ def test_an_interrupt_is_one_line(call, monkeypatch) -> None:
 
     monkeypatch.setattr(commands.pm, "load", interrupted)
     assert call("info", "antenna_3rsu") == (130, "", "pinmech: interrupted\n")
+
+
+INTERRUPT = "os.kill(os.getpid(), signal.SIGINT)"
+
+
+def interrupted_while_importing(module: str, *arguments: str, how: str = INTERRUPT) -> str:
+    """Code that runs the command line and is interrupted when a module is imported."""
+    return (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {module!r}: {how}\n"
+        "def wrapped():\n"
+        f"    try: {INTERRUPT}\n"
+        "    except BaseException as cause: raise RuntimeError('initialization') from cause\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        f"sys.argv = ['pinmech', *{arguments!r}]\n"
+        "from pinmech.__main__ import main\n"
+        "main()\n"
+    )
+
+
+@pytest.mark.parametrize(
+    "module", ["rich", "typer", "numpy", "pinocchio", "pydantic", "scipy.linalg", "pinmech.cli.app"]
+)
+def test_an_interrupt_while_importing_is_one_line(module: str) -> None:
+    done = process("-c", interrupted_while_importing(module, "list"))
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "pinmech: interrupted\n")
+
+
+def test_an_interrupt_while_a_command_imports_is_one_line() -> None:
+    report = ("pinmech.show.reports", "size", "antenna_relay")
+    # A module may make an error of its own of whatever comes up in it, as pybind11's do.
+    for how in (INTERRUPT, "wrapped()"):
+        done = process("-c", interrupted_while_importing(*report, how=how))
+        assert (done.returncode, done.stdout, done.stderr) == (130, "", "pinmech: interrupted\n")
+
+
+def test_an_error_without_an_interrupt_is_not_hidden() -> None:
+    code = (
+        "import sys; sys.argv = ['pinmech', 'list']\n"
+        "import pinmech.cli.run as run\n"
+        "def fail(): raise RuntimeError('a fault of the program')\n"
+        "run.run = fail\n"
+        "from pinmech.__main__ import main; main()\n"
+    )
+    done = process("-c", code)
+    assert done.returncode == 1
+    assert "RuntimeError: a fault of the program" in done.stderr
+
+
+def test_an_interrupt_when_all_is_done_changes_nothing() -> None:
+    code = (
+        "import atexit, os, signal, sys\n"
+        "atexit.register(lambda: os.kill(os.getpid(), signal.SIGINT))\n"  # runs last of all
+        "sys.argv = ['pinmech', '--version']\n"
+        "from pinmech.__main__ import main; main()\n"
+    )
+    done = process("-c", code)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"pinmech {pm.__version__}\n", "")
+
+
+def test_who_ignores_interrupts_goes_on_ignoring_them() -> None:
+    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+    done = process("-c", code + interrupted_while_importing("numpy", "--version"))
+    assert (done.returncode, done.stdout) == (0, f"pinmech {pm.__version__}\n")
+
+
+def test_the_command_imports_next_to_nothing_before_it_can_answer() -> None:
+    code = (
+        "import sys; before = set(sys.modules); import pinmech.__main__\n"
+        "print(sorted(set(sys.modules) - before))"
+    )
+    loaded = set(ast.literal_eval(process("-S", "-c", code, cwd=ROOT).stdout))
+    assert "pinmech.__main__" in loaded
+    assert not [name for name in loaded if name.startswith("pinmech.") and name.count(".") > 1]
+    assert not loaded & {"numpy", "pinocchio", "typing", "dataclasses", "inspect", "pinmech.errors"}
 
 
 def test_values() -> None:

@@ -36,7 +36,7 @@ from pinmech.errors import (
 )
 from pinmech.kinematics.assembly import load
 from pinmech.kinematics.state import check_mechanism
-from pinmech.mechanism.loading import data_folder, is_file
+from pinmech.mechanism.loading import data_folder, is_file, is_folder
 from pinmech.mechanism.mechanism import Mechanism, Outputs
 from pinmech.mechanism.numeric import file_path, names_of, shown
 from pinmech.mechanism.yamlfile import Document, parse, read_text, salvage, structural_faults
@@ -159,13 +159,15 @@ def find_case(name_or_path: str | Path) -> Path:
 
     Raises:
         UnknownNameError: neither a name of such a case nor a file.
-        InputError: not a path at all.
+        InputError: not a path at all, or a folder.
     """
     path = file_path(name_or_path, "a case, if it is no Case,")
     if path.suffix.lower() in (".yaml", ".yml") or is_file(path):
         return path
     if str(name_or_path) in cases():
         return _folder() / f"{name_or_path}.yaml"
+    if is_folder(path):
+        raise InputError(f"{str(path)!r} is a folder; name the case file in it")
     raise UnknownNameError("case", str(name_or_path), cases())
 
 

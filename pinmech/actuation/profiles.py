@@ -16,6 +16,7 @@ import numpy as np
 
 from pinmech.actuation.rotations import orientation_rates
 from pinmech.actuation.trajectory import _ROTATION, Derivatives
+from pinmech.actuation.trajectory_file import LATEST
 from pinmech.errors import InputError
 from pinmech.kinematics.arguments import LARGEST, sensible
 from pinmech.mechanism.frozen import Sealed, frozen
@@ -30,8 +31,6 @@ LAWS: dict[str, tuple[float, ...]] = {
     "poly4567": (0, 0, 0, 0, 35, -84, 70, -20),
 }
 _SAMPLES = 401
-#: No motion takes longer [s] (30,000 years); squares of such times still fit a float.
-_LONGEST = 1e12
 _MOST_SAMPLES = 1_000_000
 
 
@@ -80,6 +79,7 @@ def law(name: str, s: Array) -> tuple[Array, Array, Array]:
     return np.where(late, 1 - p(x), p(x)), p.deriv(1)(x), sign * p.deriv(2)(x)
 
 
+@np.errstate(all="ignore")  # what overflows is refused at the end
 def rest_to_rest(
     start: Sequence[float] | Array,
     goal: Sequence[float] | Array,
@@ -103,7 +103,8 @@ def rest_to_rest(
     5.774 L/T^2 (3-4-5), 2.188 L/T and 7.513 L/T^2 (4-5-6-7).
 
     Raises:
-        InputError: shapes differ, or a number is not finite or not positive.
+        InputError: shapes differ, a number is not finite or not positive, or a motion so fast or
+            so long that its derivatives are no numbers.
     """
     first, last = _vector("start", start), _vector("goal", goal)
     if first.shape != last.shape:
@@ -119,6 +120,7 @@ def rest_to_rest(
     )
 
 
+@np.errstate(all="ignore")  # what overflows is refused at the end
 def sweep(
     centre: Sequence[float] | Array,
     amplitude: Sequence[float] | Array,
@@ -145,7 +147,8 @@ def sweep(
         kind: kind of the outputs.
 
     Raises:
-        InputError: shapes differ, cycles that are not whole, a number out of range.
+        InputError: shapes differ, cycles that are not whole, a number out of range, or a motion
+            so fast or so long that its derivatives are no numbers.
     """
     middle, size = _vector("centre", centre), _vector("amplitude", amplitude)
     count = _vector("cycles", cycles)
@@ -189,6 +192,11 @@ def _ramped(s: Array, ramp: float) -> tuple[Array, Array, Array]:
 
 def _profile(time: Array, values: Array, rates: Array, second: Array, kind: str) -> Profile:
     one_of(kind, ("joints", "orientation", "translation", "pose"), "kind of outputs")
+    if not all(np.isfinite(part).all() for part in (values, rates, second)):
+        raise InputError(
+            f"the motion is too fast for numbers: its rates or accelerations over {time[-1]:g} s "
+            "overflow; check duration and outputs"
+        )
     turning = _ROTATION.get(kind)
     if turning is not None:
         rates, second = rates.copy(), second.copy()
@@ -205,13 +213,13 @@ def _vector(name: str, values: Sequence[float] | Array) -> Array:
 
 
 def _times(duration: float, step: float | None) -> Array:
-    duration = positive(duration, "duration", unit="s", most=_LONGEST)
+    duration = positive(duration, "duration", unit="s", most=LATEST)
     if step is None:
         return np.linspace(0.0, duration, _SAMPLES)
     step = number(step, "step")
     if not 0 < step <= duration:
         raise InputError(f"step must lie between 0 and the duration [s], is {shown(step)}")
-    count = int(np.ceil(duration / step * (1 - 1e-12)))
+    count = int(np.ceil(min(duration / step * (1 - 1e-12), 1e18)))
     if count >= _MOST_SAMPLES:
         raise InputError(f"a step of {step} s makes {count + 1} samples: too many")
     return np.linspace(0.0, duration, count + 1)

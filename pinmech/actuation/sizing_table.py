@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import html
+import io
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +23,8 @@ from pinmech.actuation.sizing_rows import (
     notes,
 )
 from pinmech.errors import UnknownNameError
+from pinmech.files.atomic import write_text
+from pinmech.files.cells import csv_cell, markdown, markdown_line
 from pinmech.mechanism.numeric import file_path, flag, shown_name
 
 
@@ -71,6 +74,11 @@ class SizingTable:
         return notes(self.rows)
 
     @property
+    def failed(self) -> int:
+        """How many of the rows have no numbers."""
+        return sum(not row.ok for row in self.rows)
+
+    @property
     def remarks(self) -> list[str]:
         """What a reader must know: sampling, sharing, definitions, assumptions."""
         sharing = {
@@ -88,11 +96,15 @@ class SizingTable:
     def to_csv(self, path: str | Path, *, envelope: bool = False) -> None:
         """Write the rows, or the envelope, with units in the header and all digits (UTF-8).
 
-        Failed rows have empty numbers, a status and a note.
+        Failed rows have empty numbers, a status and a note. Names and notes that a spreadsheet
+        would take for a formula (``=``, ``+``, ``-``, ``@`` first) stand behind an apostrophe.
 
         Args:
-            path: the file.
+            path: the file; an old one is replaced when the new one is complete.
             envelope: write the envelope instead of the rows.
+
+        Raises:
+            OSError: it cannot be written; an old file is untouched.
         """
         path = file_path(path, "path")
         rows = self.envelope if flag(envelope, "envelope") else self.rows
@@ -104,31 +116,42 @@ class SizingTable:
             "failure_time [s]",
             "note",
         ]
-        with Path(path).open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(header)
-            for row in rows:
-                numbers = [*(getattr(row, c.key) for c in COLUMNS), row.failure_time]
-                texts = ["" if math.isnan(x) else repr(float(x)) for x in numbers]
-                kind = "linear" if row.linear else "rotary"
-                names = [getattr(row, key) for key in KEYS]
-                writer.writerow([*names, *texts[:-1], kind, row.status, texts[-1], row.note])
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(header)
+        for row in rows:
+            numbers = [*(getattr(row, c.key) for c in COLUMNS), row.failure_time]
+            texts = ["" if math.isnan(x) else repr(float(x)) for x in numbers]
+            kind = "linear" if row.linear else "rotary"
+            names = [csv_cell(getattr(row, key)) for key in KEYS]
+            note = csv_cell(row.note)
+            writer.writerow([*names, *texts[:-1], kind, row.status, texts[-1], note])
+        write_text(path, stream.getvalue())
 
     def to_markdown(self, path: str | Path | None = None) -> str:
-        """Both tables, notes and remarks as Markdown; also written to ``path`` if given (UTF-8)."""
+        """Both tables, notes and remarks as Markdown; also written to ``path`` if given (UTF-8).
+
+        Names and notes read as they are: HTML and Markdown in them is escaped.
+
+        Raises:
+            OSError: the file cannot be written; an old one is untouched.
+        """
         path = None if path is None else file_path(path, "path")
-        lines = [f"# {_md(self.title or self.name)}", ""]
+        lines = [f"# {markdown(self.title or self.name)}", ""]
         for heading, rows, text in self._parts():
-            lines += [f"## {heading}", ""]
+            lines += [f"## {markdown(heading)}", ""]
             lines += [_md_row(headings(rows)), _md_row(["---"] * 3 + ["---:"] * len(COLUMNS))]
-            lines += [_md_row(map(_md, cells(row, rows))) for row in rows]
+            lines += [_md_row(map(markdown, cells(row, rows))) for row in rows]
             lines += ["", *([text, ""] if text else [])]
             problems = notes(rows) if rows is self.rows else []
-            lines += [*(f"- {_md(note)}" for note in problems), *([""] if problems else [])]
-        lines += ["## Remarks", "", *(f"- {_md(remark)}" for remark in self.remarks)]
+            lines += [
+                *(f"- {markdown_line(note)}" for note in problems),
+                *([""] if problems else []),
+            ]
+        lines += ["## Remarks", "", *(f"- {markdown_line(remark)}" for remark in self.remarks)]
         result = "\n".join(lines) + "\n"
         if path is not None:
-            Path(path).write_text(result, encoding="utf-8", newline="\n")
+            write_text(path, result)
         return result
 
     def to_html(self, path: str | Path, *, figures: Sequence[tuple[str, str]] = ()) -> None:
@@ -137,6 +160,9 @@ class SizingTable:
         Args:
             path: the file.
             figures: (caption, address relative to the page) of pictures to show.
+
+        Raises:
+            OSError: it cannot be written; an old file is untouched.
         """
         path = file_path(path, "path")
         body = [f"<h1>{_html(self.title or self.name)}</h1>"]
@@ -155,17 +181,13 @@ class SizingTable:
         page = _PAGE.format(
             title=_html(self.title or self.name), body="\n".join(filter(None, body))
         )
-        Path(path).write_text(page, encoding="utf-8", newline="\n")
+        write_text(path, page)
 
     def _parts(self) -> list[tuple[str, tuple[SizingRow, ...], str]]:
         return [
             (f"Envelope of {self.mechanism}", self.envelope, ENVELOPE_TEXT),
             ("Load cases", self.rows, ""),
         ]
-
-
-def _md(text: str) -> str:
-    return " ".join(text.replace("|", "\\|").split())
 
 
 def _md_row(texts: object) -> str:

@@ -27,8 +27,10 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from pinmech.actuation.rotations import canonical, quaternion_rates, quaternions
-from pinmech.actuation.trajectory_file import column_faults, read_csv
+from pinmech.actuation.trajectory_file import LATEST, column_faults, read_csv
 from pinmech.errors import InputError
+from pinmech.files.atomic import write_text
+from pinmech.files.cells import csv_cell
 from pinmech.mechanism.frozen import Sealed, frozen
 from pinmech.mechanism.numeric import file_path, names_of, numbers, one_of, positive, shown
 
@@ -74,7 +76,7 @@ class Trajectory(Sealed):
 
     Raises:
         InputError: wrong shapes, fewer than two samples, non-finite numbers, time that does not
-            increase, duplicate names.
+            increase or is beyond 1e12 s, duplicate names.
     """
 
     names: tuple[str, ...]
@@ -104,6 +106,8 @@ class Trajectory(Sealed):
             raise InputError("a trajectory needs at least 2 samples")
         if not (np.isfinite(self.time).all() and np.isfinite(self.values).all()):
             raise InputError("a trajectory must hold finite numbers only")
+        if np.abs(self.time).max() > LATEST:
+            raise InputError(f"times must lie within {LATEST:g} s, reach {self.time[-1]:g} s")
         if not (np.diff(self.time) > 0).all():
             k = int(np.argmin(np.diff(self.time)))
             raise InputError(f"time must increase: {self.time[k + 1]} s follows {self.time[k]} s")
@@ -140,18 +144,22 @@ class Trajectory(Sealed):
         Args:
             path: the file.
             comments: lines that go above the header, each behind a #.
+
+        Raises:
+            InputError: a name that a header cannot hold.
+            OSError: the file cannot be written; an old one is untouched.
         """
         path = file_path(path, "a trajectory file")
         comments = names_of(comments, "comment")
         lines = [f"# {line}".rstrip() for text in comments for line in text.splitlines() or [""]]
-        columns = [f"{n} [{u}]" for n, u in zip(self.names, self.units, strict=True)]
+        columns = [csv_cell(f"{n} [{u}]") for n, u in zip(self.names, self.units, strict=True)]
         for column in columns:
             if any(c in column for c in ',"\n\r'):
                 raise InputError(f"name {column!r} cannot be written to a CSV header")
         lines.append(",".join(["time [s]", *columns]))
         for t, row in zip(self.time, self.values, strict=True):
             lines.append(",".join(repr(float(x)) for x in (t, *row)))
-        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+        write_text(path, "\n".join(lines) + "\n")
 
     def matched(self, outputs: Outputs) -> Trajectory:
         """The same trajectory with the columns in the order of a mechanism's outputs.
@@ -189,7 +197,8 @@ class Trajectory(Sealed):
             smoothly where canonical coordinates jump, and rates are the angular velocity.
 
         Raises:
-            InputError: another degree; samples more than 2 rad of rotation apart.
+            InputError: another degree; samples more than 2 rad of rotation apart; samples so close
+                in time that rates or accelerations overflow.
         """
         return self._evaluate(self.time, degree)
 
@@ -215,6 +224,16 @@ class Trajectory(Sealed):
     def _evaluate(self, time: Array, degree: int) -> Derivatives:
         if not isinstance(degree, int) or degree not in (3, 5):
             raise InputError(f"degree must be 5 or 3, is {shown(degree)}")
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            found = self._differentiate(time, degree)
+        if not all(np.isfinite(part).all() for part in found):
+            raise InputError(
+                f"the motion is too fast for numbers: its rates or accelerations over "
+                f"{self.duration:g} s overflow; check times and values"
+            )
+        return found
+
+    def _differentiate(self, time: Array, degree: int) -> Derivatives:
         v, d, dd = self._spline(self.values, time, degree)
         turning = _ROTATION.get(self.kind)
         if turning is not None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pinmech.errors import Fault, TrajectoryError, suggest
+from pinmech.files.cells import csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +30,8 @@ UNITS = {"rad": ("rad", 1.0), "deg": ("rad", math.pi / 180), "m": ("m", 1.0), "m
 #: More faults than this are counted, not listed.
 _MOST_FAULTS = 100
 _MOST_BYTES = 500_000_000
+#: No time [s] is larger: 30,000 years, and still a tenth of a millisecond apart.
+LATEST = 1e12
 
 _HEADER = re.compile(r"^([^\[\]]*?)\s*\[\s*([^\[\]]*?)\s*\]$")
 # Python's float() also takes 1_000, full-width digits, "infinity": not numbers of a CSV file.
@@ -68,7 +71,7 @@ def read_csv(path: Path, outputs: Outputs | None = None) -> CsvTable:
     if not lines:
         raise TrajectoryError(path, [Fault(path.name, "holds no header and no rows")])
     header_line, header = lines[0]
-    names, units, factors = reader.header(header_line, header)
+    names, units, factors = reader.header(header_line, header, outputs)
     if outputs is not None and not reader.faults:
         reader.faults += [
             Fault(reader.place(header_line), text) for text in column_faults(names, units, outputs)
@@ -152,16 +155,23 @@ class _Reader:
         return [field.strip() for field in fields]
 
     def header(
-        self, number: int, line: str
+        self, number: int, line: str, outputs: Outputs | None
     ) -> tuple[tuple[str, ...], tuple[str, ...], list[float]]:
         """Names, SI units and factors of the columns behind the time."""
-        fields = self.split(number, line)
+        fields = [csv_text(field) for field in self.split(number, line)]
         if len(fields) == 1 and (";" in line or "\t" in line):
             self.add(number, "columns must be separated by commas")
         elif not any("[" in field for field in fields):
-            self.add(number, "the first line must be a header such as: time [s],alpha [rad]")
+            if any(_NUMBER.fullmatch(field) for field in fields):
+                text = f"the first line must be a header such as: {_example((), outputs)}"
+            else:
+                text = (
+                    f"the columns have no units; write the header as: {_example(fields, outputs)} "
+                    f"(units: {', '.join(UNITS)})"
+                )
+            self.add(number, text)
         elif fields[0] != "time [s]" and _parts(fields[0]) != ("time", "s"):
-            self.add(number, f"the first column must be 'time [s]', is {fields[0]!r}")
+            self.add(number, f"the first column must be 'time [s]', is {fields[0][:60]!r}")
         elif len(fields) == 1:
             self.add(number, "there is no column beside the time")
         names: list[str] = []
@@ -172,9 +182,11 @@ class _Reader:
             name, unit = _parts(field)
             if not told:
                 if not name or not unit:
+                    known = ", ".join(UNITS)
                     self.add(
                         number,
-                        f"column {position} must be 'name [unit]', is {field!r}"
+                        f"column {position} must be 'name [unit]', is {field[:60]!r}; "
+                        f"write {_with_unit(field, outputs)!r}, say (units: {known})"
                         if field
                         else f"column {position} has no name",
                     )
@@ -219,8 +231,24 @@ class _Reader:
             t0, t1 = first[0], second[0]
             if t1 == t0:
                 self.add(line, f"time {t1!r} s appears twice: it stands on line {before} too")
+            elif abs(t1) > LATEST or (before == rows[0][0] and abs(t0) > LATEST):
+                at, time = (line, t1) if abs(t1) > LATEST else (before, t0)
+                self.add(at, f"time {time:g} s is beyond {LATEST:g} s; times are in seconds")
             elif t1 < t0:
                 self.add(line, f"time must increase: {t1!r} s follows {t0!r} s (line {before})")
+
+
+def _with_unit(field: str, outputs: Outputs | None) -> str:
+    """A column's heading with the unit that its output needs; an angle where none is known."""
+    name = re.sub(r"\s*[\[\](){}].*", "", field) or "alpha"
+    kinds = {} if outputs is None else dict(zip(outputs.names, outputs.angular, strict=True))
+    return f"{name[:40]} [{'rad' if kinds.get(name, True) else 'm'}]"
+
+
+def _example(fields: Sequence[str], outputs: Outputs | None) -> str:
+    """A header with units for the names of a header without; else for the outputs."""
+    names = list(fields[1:]) or (["alpha"] if outputs is None else list(outputs.names))
+    return ",".join(["time [s]", *(_with_unit(name, outputs) for name in names[:12])])
 
 
 def _parts(field: str) -> tuple[str, str]:

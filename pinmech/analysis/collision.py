@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import pinocchio as pin
 
+from pinmech.errors import InputError
 from pinmech.kinematics.arguments import closed
 from pinmech.kinematics.state import ClosedState
+from pinmech.mechanism.geometry import read_shapes
 from pinmech.mechanism.mechanism import Mechanism
+
+#: A body without shapes whose joints lie within this part of the characteristic length of each
+#: other is a piece of a joint: the cross of a universal one, say.
+_JOINT_SIZE = 0.05
 
 
 @dataclass(frozen=True)
@@ -29,14 +36,20 @@ def collision_geometry(mechanism: Mechanism) -> pin.GeometryModel:
     """The collision shapes of the URDF with all pairs that are to be checked (lengths in m).
 
     Left out: pairs on the same body, and on bodies that are neighbours through a joint or a loop
-    closure, which touch there by design. A body without any shape (the cross of a universal
-    joint, say) is looked through: its neighbours count as neighbours of each other.
+    closure, which touch there by design. A body without any shape that is a piece of a joint (the
+    cross of a universal joint, say: its joints lie within a twentieth of the characteristic length
+    of each other) is looked through: its neighbours count as neighbours of each other.
+
+    Raises:
+        InputError: the URDF has no collision shapes, or a shape cannot be read.
     """
-    folders = [str(mechanism.urdf_folder)] if mechanism.urdf_folder else []
-    geometry = pin.buildGeomFromUrdfString(
-        mechanism.model, mechanism.urdf, pin.GeometryType.COLLISION, package_dirs=folders
-    )
+    geometry = read_shapes(mechanism, pin.GeometryType.COLLISION)
     shaped = {shape.parentJoint for shape in geometry.geometryObjects}
+    if not shaped:
+        raise InputError(
+            f"{mechanism.name} has no collision shapes to check; give the links of its URDF "
+            "<collision> elements"
+        )
     neighbours = _neighbours(mechanism, shaped)
     objects = list(geometry.geometryObjects)
     for i, first in enumerate(objects):
@@ -48,7 +61,7 @@ def collision_geometry(mechanism: Mechanism) -> pin.GeometryModel:
 
 
 def _neighbours(mechanism: Mechanism, shaped: set[int]) -> set[frozenset[int]]:
-    """Pairs of bodies joined by a joint or a closure, shapeless bodies looked through."""
+    """Pairs of bodies joined by a joint or a closure, pieces of joints looked through."""
     model = mechanism.model
     edges = [(model.parents[body], body) for body in range(1, model.njoints)]
     edges += [(loop.frames[0].joint, loop.frames[1].joint) for loop in mechanism.loops.values()]
@@ -56,17 +69,36 @@ def _neighbours(mechanism: Mechanism, shaped: set[int]) -> set[frozenset[int]]:
     for one, two in edges:
         around[one].add(two)
         around[two].add(one)
-    for body in around:
-        if body not in shaped:
-            for other in around[body]:
-                around[other] |= around[body] - {other}
+    for body in _pieces_of_joints(mechanism) - shaped:
+        for other in around[body]:
+            around[other] |= around[body] - {other}
     return {frozenset((one, two)) for one, others in around.items() for two in others}
+
+
+def _pieces_of_joints(mechanism: Mechanism) -> set[int]:
+    """Moving bodies whose joints and closure frames all lie close together."""
+    model = mechanism.model
+    points = {body: [np.zeros(3)] for body in range(1, model.njoints)}
+    places = [(model.parents[k], model.jointPlacements[k]) for k in range(1, model.njoints)]
+    frames = [frame for loop in mechanism.loops.values() for frame in loop.frames]
+    for body, place in [*places, *((frame.joint, frame.placement) for frame in frames)]:
+        if body:
+            points[body].append(np.array(place.translation))
+    most = _JOINT_SIZE * mechanism.length
+    return {
+        body
+        for body, found in points.items()
+        if max(float(np.linalg.norm(a - b)) for a in found for b in found) <= most
+    }
 
 
 def collisions(state: ClosedState) -> tuple[Collision, ...]:
     """Pairs of links that collide at a closed state (no units); empty when none do.
 
     Checks the collision shapes of the URDF; see :func:`collision_geometry` for what is left out.
+
+    Raises:
+        InputError: not a closed state; no collision shapes; a shape that cannot be read.
     """
     mechanism = closed(state).mechanism
     geometry = collision_geometry(mechanism)

@@ -26,6 +26,7 @@ from pinmech.cli.arguments import (
     read_pose,
 )
 from pinmech.errors import InputError
+from pinmech.files.names import slug
 from pinmech.mechanism.loading import find_description, read_file
 from pinmech.mechanism.spec import json_schema
 from pinmech.show import console as show
@@ -67,7 +68,7 @@ def root(
     \b
     [bold]Exit codes[/bold]
       0  done
-      1  there is no answer: out of reach, beyond a limit, singular
+      1  there is no answer: out of reach, beyond a limit, singular (size: in every row)
       2  the input cannot be used; the message says what to change
     """
     if version:
@@ -216,13 +217,21 @@ def size(
     Prints the tables; writes them as CSV, Markdown and HTML, with plots of the torques and a page
     that shows the mechanism in motion.
 
+    Exits with 0 when at least one row of the table has numbers, with a warning when others have
+    none (a drive at a singularity, a pose out of reach), and with 1 when no row has.
+
     \b
     pinmech size antenna_relay
     pinmech size scripts/cases/antenna_relay.yaml --out out/relay
     """
-    from pinmech.show.reports import report
+    from pinmech.show.reports import report, shortfall
 
-    report(case, out, console())
+    table = report(case, out, console())
+    if lacking := shortfall(table):
+        nothing = table.failed == len(table.rows)
+        sys.stderr.write(f"pinmech: {'' if nothing else 'warning: '}{lacking}\n")
+        if nothing:
+            raise typer.Exit(1)
 
 
 @app.command()
@@ -288,7 +297,7 @@ def view(
         viewer = view_trajectory(mechanism, trajectory, mode=read_modes(mode), limits=not no_limits)
     for note in viewer.notes:
         sys.stderr.write(f"pinmech: {note}\n")
-    page = viewer.write_html(out or Path(f"{mechanism.name}.html"))
+    page = viewer.write_html(out or Path(f"{slug(mechanism.name)}.html"))
     sys.stdout.write(f"wrote {page}\n")
     if show_it:
         webbrowser.open(page.resolve().as_uri(), new=2)

@@ -11,7 +11,7 @@ import pinocchio as pin
 from lxml import etree
 
 from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
-from pinmech.mechanism.loading import build_mechanism, data_folder, is_file, mechanisms
+from pinmech.mechanism.loading import build_mechanism, data_folder, is_file, is_folder, mechanisms
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import names_of, number, shown
 from pinmech.mechanism.spec import Description
@@ -116,6 +116,8 @@ def _find(arm: str | Path) -> Path | None:
     known = arms()
     if str(arm) in known:
         return known[str(arm)]
+    if is_folder(path):
+        raise InputError(f"{str(path)!r} is a folder; name the URDF file in it")
     raise UnknownNameError("arm (a URDF file, URDF text or a known arm)", str(arm), known)
 
 

@@ -66,7 +66,7 @@ def find_description(name_or_path: str | Path) -> Path:
 
     Raises:
         UnknownNameError: neither a built-in mechanism nor an existing file.
-        InputError: not a name or path at all.
+        InputError: a folder, or not a name or path at all.
     """
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
         raise InputError(f"a mechanism is a name or a path, not {name_or_path!r}")
@@ -76,6 +76,8 @@ def find_description(name_or_path: str | Path) -> Path:
     known = mechanisms()
     if str(name_or_path) in known:
         return data_folder() / "loops" / f"{name_or_path}.yaml"
+    if is_folder(path):
+        raise InputError(f"{str(path)!r} is a folder; name the description file in it")
     raise UnknownNameError("mechanism", str(name_or_path), known)
 
 
@@ -83,6 +85,14 @@ def is_file(path: Path) -> bool:
     """True for an existing file; False also for a name that no file can have."""
     try:
         return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """True for an existing folder; False also for a name that none can have."""
+    try:
+        return path.is_dir()
     except (OSError, ValueError):
         return False
 
@@ -107,9 +117,9 @@ def read_file(path: Path) -> Source:
             except DescriptionError as unreadable:
                 faults += unreadable.faults
         else:
-            faults.append(
-                Fault(document.place(("urdf",)), f"URDF file {str(urdf_path)!r} does not exist")
-            )
+            what = "is a folder; name the file in it" if is_folder(urdf_path) else "does not exist"
+            message = f"URDF file {str(urdf_path)!r} {what}"
+            faults.append(Fault(document.place(("urdf",)), message))
     return _build(document, urdf, faults, path, urdf_path.parent if urdf_path else None)
 
 

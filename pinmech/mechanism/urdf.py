@@ -13,11 +13,12 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from lxml import etree
 
 from pinmech.errors import Fault
+from pinmech.mechanism.meshes import mesh_faults
 
 MOVING = ("revolute", "continuous", "prismatic")
 SUPPORTED = (*MOVING, "fixed")
@@ -135,7 +136,8 @@ def read_urdf(
     _check_tree(reader, root, masses, joints)
     _check_shapes(reader, root)
     if meshes:
-        _check_meshes(reader, root)
+        for mesh, message in mesh_faults(root, folder):
+            reader.fault(mesh, message)
     for element in root.findall("joint"):
         if element.get("type") in MOVING:
             _complete_limit(element)
@@ -242,11 +244,7 @@ def _read_joints(
         for origin in element.findall("origin"):
             reader.numbers(origin, "xyz", 3)
             reader.numbers(origin, "rpy", 3)
-        axis = element.find("axis")
-        if axis is not None:
-            values = reader.numbers(axis, "xyz", 3)
-            if values is not None and math.hypot(*values) < 1e-9:
-                reader.fault(axis, f"joint {name!r}: the axis must not be zero")
+        _read_axis(reader, name, kind, element)
         lower, upper = _read_limits(reader, name, kind, element.find("limit"))
         dynamics = element.find("dynamics")
         for key in ("damping", "friction"):
@@ -256,6 +254,26 @@ def _read_joints(
         line = element.sourceline or 0
         joints[name] = UrdfJoint(name, kind, ends[0], ends[1], line, lower, upper)
     return joints
+
+
+def _read_axis(reader: _Reader, name: str, kind: str, joint: etree._Element) -> None:
+    """Check the axis of a joint; one that is left out is x, as the URDF standard says."""
+    axes = joint.findall("axis")
+    if not axes:
+        if kind in MOVING:
+            etree.SubElement(joint, "axis").set("xyz", "1.0 0.0 0.0")
+        return
+    if len(axes) > 1:
+        reader.fault(axes[1], f"joint {name!r} has {len(axes)} <axis>; keep one")
+    if axes[0].get("xyz") is None:
+        # Pinocchio would make a joint of it that does not move.
+        if kind in MOVING:
+            message = f'joint {name!r}: <axis> has no xyz; write <axis xyz="0 0 1"/>, say'
+            reader.fault(axes[0], message)
+        return
+    values = reader.numbers(axes[0], "xyz", 3)
+    if values is not None and math.hypot(*values) < 1e-9:
+        reader.fault(axes[0], f"joint {name!r}: the axis must not be zero")
 
 
 def _read_limits(
@@ -337,23 +355,3 @@ def _check_shapes(reader: _Reader, root: etree._Element) -> None:
                 values = reader.numbers(shape, key, count)
                 if values is not None and min(values) <= 0 and shape.tag != "mesh":
                     reader.fault(shape, f"<{shape.tag}>: {key} must be above 0")
-
-
-def _check_meshes(reader: _Reader, root: etree._Element) -> None:
-    for mesh in root.iter("mesh"):
-        path = mesh.get("filename", "")
-        for prefix in ("package://", "file://"):
-            path = path.removeprefix(prefix)
-        if reader.folder is None:
-            reader.fault(mesh, f"mesh {path!r}: a URDF given as text has no folder for meshes")
-            continue
-        folder = reader.folder.resolve()
-        try:
-            target = (folder / PurePosixPath(path)).resolve()
-            inside, exists = target.is_relative_to(folder), target.is_file()
-        except (OSError, RuntimeError):  # too long a name, a loop of links
-            inside, exists = True, False
-        if not inside:
-            reader.fault(mesh, f"mesh {path!r} leaves the folder of the URDF; copy it there")
-        elif not exists:
-            reader.fault(mesh, f"mesh {path!r} does not exist in the folder of the URDF")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pinmech.errors import MissingExtraError
+from pinmech.files.atomic import write_bytes, write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,19 +40,17 @@ def new_figure(width: float, height: float) -> Figure:
 
 def save(figure: Figure, folder: Path, name: str) -> Path:
     """Write a figure as PNG."""
-    path = folder / name
-    figure.savefig(path, metadata={"Software": None})
-    return path
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", metadata={"Software": None})
+    return write_bytes(folder / name, picture.getvalue())
 
 
 def save_curves(folder: Path, name: str, columns: dict[str, Array]) -> Path:
     """Write curves as CSV: one column each, its heading with the unit; returns the file."""
-    path = folder / name
     values = np.column_stack(list(columns.values()))
     lines = [",".join(columns)]
     lines += [",".join(f"{value:.9g}" for value in row) for row in values]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+    return write_text(folder / name, "\n".join(lines) + "\n")
 
 
 def tidy(ax: Axes, xlabel: str, ylabel: str, title: str = "") -> None:

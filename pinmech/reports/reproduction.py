@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from pinmech.files.atomic import write_text
 from pinmech.reports import tables
 from pinmech.reports.antenna import antenna_table
 from pinmech.reports.decoupled import decoupled_table
@@ -117,7 +118,7 @@ def write(found: list[PaperTable], folder: Path) -> list[Path]:
         texts[f"{table.name}.csv"] = tables.table_csv(table)
     texts[VERDICTS_FILE] = tables.verdicts_csv(found)
     for name, text in texts.items():
-        (folder / name).write_bytes(text.encode("utf-8"))
+        write_text(folder / name, text)
     return [folder / name for name in texts]
 
 

@@ -12,6 +12,7 @@ from pinocchio.visualize import MeshcatVisualizer
 from pinocchio.visualize.meshcat_visualizer import DaeMeshGeometry
 
 from pinmech.errors import InputError
+from pinmech.mechanism.geometry import read_shapes
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show import shapes
 from pinmech.show.collada import one_material_per_geometry
@@ -79,7 +80,7 @@ def load_bodies(mechanism: Mechanism, viewer: Any) -> BodyVisualizer:
     Raises:
         InputError: a shape cannot be read (a mesh file that is missing, say).
     """
-    visuals = read_visuals(mechanism)
+    visuals = read_shapes(mechanism, pin.GeometryType.VISUAL)
     bodies = BodyVisualizer(mechanism.model, None, visuals)
     bodies.initViewer(viewer=viewer)
     with warnings.catch_warnings():
@@ -101,23 +102,6 @@ def load_bodies(mechanism: Mechanism, viewer: Any) -> BodyVisualizer:
             node.set_object(mg.Cylinder(size, 0.02 * mechanism.length), material)
             node.set_transform(shapes.along(np.zeros(3), point))
     return bodies
-
-
-def read_visuals(mechanism: Mechanism) -> pin.GeometryModel:
-    """The visual shapes of the URDF.
-
-    Raises:
-        InputError: a shape cannot be read.
-    """
-    folder = mechanism.urdf_folder
-    folders = [] if folder is None else [str(folder)]
-    try:
-        return pin.buildGeomFromUrdfString(
-            mechanism.model, mechanism.urdf, pin.GeometryType.VISUAL, None, folders
-        )
-    except (ValueError, RuntimeError, OSError) as cause:
-        reason = " ".join(str(cause).split())
-        raise InputError(f"the shapes of {mechanism.name} cannot be read: {reason}") from None
 
 
 def carried_points(mechanism: Mechanism) -> dict[int, list[Array]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 
 from pinmech.actuation.case import Case
 from pinmech.actuation.trajectory import Trajectory
+from pinmech.files.names import slug
 from pinmech.kinematics.path import inverse_path
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show.viewer import Viewer, view
@@ -65,5 +65,4 @@ def write_case_page(case: Case, folder: str | Path) -> Path:
     """
     first = case.load_cases[0]
     viewer = view_motion(case.mechanism, first.motion.time, first.motion.values)
-    stem = re.sub(r"[^\w.-]+", "_", f"view_{case.name}_{first.name}")
-    return viewer.write_html(Path(folder) / f"{stem}.html")
+    return viewer.write_html(Path(folder) / f"{slug('view', case.name, first.name)}.html")

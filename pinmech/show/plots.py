@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import re
+import io
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ import numpy as np
 from pinmech.actuation.sizing_rows import History
 from pinmech.actuation.sizing_table import SizingTable
 from pinmech.errors import MissingExtraError, UnknownNameError
+from pinmech.files.atomic import write_bytes
+from pinmech.files.names import slugs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,12 +67,14 @@ def torque_figure(table: SizingTable, load_case: str) -> Figure:
     axes[-1].set_xlabel("time [s]")
     # The whole motion, also where every drive fails and no curve sets the scale.
     axes[-1].set_xlim(float(histories[0].time[0]), float(histories[0].time[-1]))
-    figure.suptitle(f"{table.mechanism}: {load_case}", fontsize="large")
+    title = f"{_line(table.mechanism)}: {_line(load_case)}"
+    figure.suptitle(title, fontsize="large", parse_math=False)
     return figure
 
 
 def _panel(ax: Axes, history: History, linear: bool, every: list[str]) -> None:
-    ax.set_title(f"drive {history.drive}", loc="left", fontsize="medium")
+    title = f"drive {_line(history.drive)}"
+    ax.set_title(title, loc="left", fontsize="medium", parse_math=False)
     ax.set_ylabel("force [N]" if linear else "torque [N·m]")
     ax.grid(True, color="0.9", linewidth=0.8)
     ax.axhline(0.0, color="0.6", linewidth=0.8, zorder=1)
@@ -85,19 +90,21 @@ def _panel(ax: Axes, history: History, linear: bool, every: list[str]) -> None:
             color="#a40000",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 2},
             zorder=3,
+            parse_math=False,
         )
         return
+    handles = []
     for column, name in enumerate(history.actuators):
         if history.linear[column] != linear:
             continue
         which = every.index(name)
-        ax.plot(
+        handles += ax.plot(
             history.time,
             history.torques[:, column],
             color=COLOURS[which % len(COLOURS)],
             linestyle=STYLES[(which // len(COLOURS)) % len(STYLES)],
             linewidth=1.3,
-            label=name,
+            label=_line(name),
             zorder=2,
         )
         k = int(np.argmax(np.abs(history.torques[:, column])))
@@ -109,7 +116,14 @@ def _panel(ax: Axes, history: History, linear: bool, every: list[str]) -> None:
             color=COLOURS[which % len(COLOURS)],
             zorder=3,
         )
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    legend = ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+
+
+def _line(name: str) -> str:
+    """A name as one line without control characters: not a formula, and drawn by every font."""
+    return " ".join("".join(c if c.isprintable() else " " for c in name).split())
 
 
 def _wrap(text: str) -> list[str]:
@@ -130,18 +144,17 @@ def save_torque_plots(table: SizingTable, folder: str | Path) -> list[tuple[str,
 
     Raises:
         MissingExtraError: matplotlib is not installed.
+        OSError: a file cannot be written; an old one is untouched.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written: list[tuple[str, Path]] = []
-    taken: set[str] = set()
-    for load_case in dict.fromkeys(name for name, _ in table.histories):
-        stem = base = "torque_" + (re.sub(r"[^\w.-]+", "_", load_case).strip("._") or "case")
-        number = 2
-        while stem.lower() in taken:
-            stem, number = f"{base}_{number}", number + 1
-        taken.add(stem.lower())
-        path = folder / f"{stem}.png"
-        torque_figure(table, load_case).savefig(path)
+    for load_case, stem in slugs((name for name, _ in table.histories), "torque").items():
+        picture = io.BytesIO()
+        with warnings.catch_warnings():
+            # Characters that the font lacks are drawn as boxes; the tables have them.
+            warnings.filterwarnings("ignore", message=r"(?s)Glyph .* missing from")
+            torque_figure(table, load_case).savefig(picture, format="png")
+        path = write_bytes(folder / f"{stem}.png", picture.getvalue())
         written.append((f"Torques over time, {load_case}; dots mark the peaks", path))
     return written

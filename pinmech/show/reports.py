@@ -9,6 +9,7 @@ from pinmech.actuation.case import Case, load_case_file
 from pinmech.actuation.sizing import size_actuators
 from pinmech.actuation.sizing_table import SizingTable
 from pinmech.errors import InputError
+from pinmech.files.names import slug
 from pinmech.show.plots import save_torque_plots
 from pinmech.show.progress import progress_bar
 from pinmech.show.tables import print_table
@@ -47,7 +48,7 @@ def write_report(table: SizingTable, folder: str | Path) -> list[Path]:
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    stem = "sizing_" + ("".join(c if c.isalnum() or c in "-_." else "_" for c in table.name))
+    stem = slug("sizing", table.name)
     rows, envelope = folder / f"{stem}.csv", folder / f"{stem}_envelope.csv"
     text, page = folder / f"{stem}.md", folder / f"{stem}.html"
     table.to_csv(rows)
@@ -57,6 +58,17 @@ def write_report(table: SizingTable, folder: str | Path) -> list[Path]:
     plots = save_torque_plots(table, folder)
     table.to_html(page, figures=[(caption, path.name) for caption, path in plots])
     return [rows, envelope, text, page, *(path for _, path in plots)]
+
+
+def shortfall(table: SizingTable) -> str:
+    """What a person must be told whose table is not complete; an empty text if it is."""
+    count, failed = len(table.rows), table.failed
+    if failed == count:
+        return f"none of the {count} rows of the table has numbers; the lines with ! say why"
+    if failed:
+        rows = "row has" if failed == 1 else "rows have"
+        return f"{failed} of the {count} {rows} no numbers; the lines with ! say why"
+    return ""
 
 
 def report(case: Case | str | Path, folder: str | Path, to: Console) -> SizingTable:

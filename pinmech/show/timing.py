@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pinmech.actuation.trajectory_file import LATEST
 from pinmech.errors import InputError
 from pinmech.mechanism.numeric import numbers, positive, shown, whole
 
@@ -31,6 +32,8 @@ def time_axis(time: Sequence[float] | Array | None, count: int) -> Array:
         raise InputError(f"time must have shape ({count},), one for each pose, has {axis.shape}")
     if not np.isfinite(axis).all() or not (np.diff(axis) > 0).all():
         raise InputError("time must be finite and increase")
+    if count and np.abs(axis).max() > LATEST:
+        raise InputError(f"times must lie within {LATEST:g} s, reach {axis[-1]:g} s")
     return axis
 
 

@@ -13,6 +13,7 @@ import pinocchio as pin
 from meshcat.commands import SetAnimation
 
 from pinmech.errors import InputError
+from pinmech.files.atomic import write_text
 from pinmech.kinematics.solution import Path
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.mechanism import Mechanism
@@ -237,11 +238,9 @@ class Viewer:
         """Write the static page; returns its path.
 
         Raises:
-            OSError: it cannot be written.
+            OSError: it cannot be written; an old page is untouched.
         """
-        path = FilePath(path)
-        path.write_text(self.html(), encoding="utf-8", newline="\n")
-        return path
+        return write_text(path, self.html())
 
     def gaps(self) -> dict[str, float]:
         """Loop name -> gap [m] of the pose on show; an angle counts as length · angle."""

@@ -198,6 +198,8 @@ def test_faults_that_need_the_mechanism(tmp_path: Path) -> None:
         ("load_cases:\n", "load_cases: []\nmore:\n", "case.yaml:10 load_cases", "at least 1"),
         ("    gravity: [0, 0, 0]\n", "", "case.yaml:11 load_cases[0]", "'gravity' is missing"),
         ('["123", "13"]', "[123]", "case.yaml:9 drives[0]", "valid string"),
+        ("duration: 4", "duration: 1.0e300", "case.yaml:17 load_cases[1].profile", "at most 1e+12"),
+        ("duration: 4", "duration: 1.0e-200", "case.yaml:17 load_cases[1].profile", "overflow"),
     ],
 )
 def test_single_faults(tmp_path: Path, old: str, new: str, where: str, what: str) -> None:
@@ -209,6 +211,14 @@ def test_single_faults(tmp_path: Path, old: str, new: str, where: str, what: str
 def test_what_is_no_case_at_all(tmp_path: Path, text: str) -> None:
     with pytest.raises(CaseError):
         load_case_file(place(tmp_path, text))
+
+
+def test_times_of_a_trajectory_beyond_all_measure(tmp_path: Path) -> None:
+    found = faults(tmp_path, GOOD, CSV.replace("\n2,", "\n1e300,"))
+    assert found == {
+        "case.yaml:13 load_cases[0].trajectory": "trajectory t.csv:4: "
+        "time 1e+300 s is beyond 1e+12 s; times are in seconds"
+    }
 
 
 def test_cases_by_name() -> None:

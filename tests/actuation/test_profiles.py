@@ -1,5 +1,7 @@
 """Motion profiles: derivatives, rest at the ends, amplitudes, published peak factors."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -111,3 +113,31 @@ def test_an_orientation_profile_has_angular_velocities() -> None:
 def test_bad_arguments_raise(call) -> None:
     with pytest.raises(InputError):
         call()
+
+
+@pytest.mark.parametrize(
+    ("duration", "message"),
+    [(1e300, "at most 1e\\+12 s"), (2e12, "at most 1e\\+12 s"), (1e-200, "overflow")],
+)
+def test_durations_beyond_all_measure(duration: float, message: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match=message):
+            rest_to_rest([0], [1], duration)
+        with pytest.raises(InputError, match=message):
+            sweep([0], [1], [1], duration)
+
+
+def test_outputs_beyond_all_measure() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match="overflow"):
+            rest_to_rest([-1e308], [1e308], 1.0)
+        with pytest.raises(InputError, match="overflow"):
+            sweep([0], [1e200], [1e200], 1.0)
+    assert rest_to_rest([0], [1], 1e12).duration == 1e12
+
+
+def test_a_step_that_is_next_to_nothing() -> None:
+    with pytest.raises(InputError, match="too many"):
+        rest_to_rest([0], [1], 1e10, step=1e-308)

@@ -1,6 +1,7 @@
 """Trajectories: the CSV file, its faults, the spline and its order, orientation rates."""
 
 import importlib
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +105,16 @@ HEAD = "time [s],alpha [rad],beta [rad]\n"
         ("0,1,2\n1,2,3\n", 1, "must be a header"),
         ("time [s];alpha [rad]\n0;1\n1;2", 1, "commas"),
         (b"time [s],alpha [rad]\r0,1\r1,\xff", 3, "UTF-8"),
+        (
+            "time,alpha,beta\n0,0,0\n1,0,0",
+            1,
+            "write the header as: time [s],alpha [rad],beta [rad]",
+        ),
+        ("t,a (deg),b{mm}\n0,0,0\n1,0,0", 1, "no units; write the header as: time [s],a [rad],b"),
+        ("time,alpha\n0,0\n1,0", 1, "(units: rad, deg, m, mm)"),
+        ("time [s],alpha\n0,0\n1,0\n2,0 [", 1, "write 'alpha [rad]', say (units: rad, deg, m, mm)"),
+        (HEAD + "0,0,0\n1e300,0,0\n", 3, "time 1e+300 s is beyond 1e+12 s; times are in seconds"),
+        (HEAD + "-2e12,0,0\n1,0,0\n", 2, "time -2e+12 s is beyond"),
     ],
 )
 def test_a_fault_has_its_line_number(tmp_path: Path, text: str | bytes, line: int, part) -> None:
@@ -112,6 +123,56 @@ def test_a_fault_has_its_line_number(tmp_path: Path, text: str | bytes, line: in
     (fault,) = [f for f in caught.value.faults if part in f.message]
     assert fault.where == f"motion.csv:{line}"
     assert len([f for f in caught.value.faults if f.where == fault.where]) == 1
+
+
+def test_a_header_without_units_is_written_out_for_the_outputs(tmp_path: Path) -> None:
+    file = write(tmp_path, "time,z,alpha\n0,0,0\n1,0,0\n")
+    with pytest.raises(TrajectoryError) as caught:
+        Trajectory.from_csv(file, MIXED)
+    (fault,) = caught.value.faults
+    header = "time [s],z [m],alpha [rad]"
+    assert header in fault.message
+    assert Trajectory.from_csv(write(tmp_path, f"{header}\n0,0,0\n1,0,0\n"), MIXED).names == (
+        "z",
+        "alpha",
+    )
+    with pytest.raises(TrajectoryError, match=r"such as: time \[s\],z \[m\],alpha \[rad\]"):
+        Trajectory.from_csv(write(tmp_path, "0,1,2\n1,2,3\n"), MIXED)
+
+
+def test_a_name_that_is_a_formula_is_text_in_the_file_and_comes_back(tmp_path: Path) -> None:
+    names = ("=a", "-b", "'+c", "'d")
+    path = tmp_path / "t.csv"
+    Trajectory(names, [0, 1], [[-1.0, 2, 3, 4], [0, 0, 0, 0]]).to_csv(path)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "time [s],'=a [rad],'-b [rad],''+c [rad],'d [rad]"
+    assert lines[1] == "0.0,-1.0,2.0,3.0,4.0"
+    assert Trajectory.from_csv(path).names == names
+
+
+@pytest.mark.parametrize("time", [[0, 1e300], [-1e300, 0], [-1e308, 1e308], [0, 1.1e12]])
+def test_times_beyond_all_measure(time) -> None:
+    with pytest.raises(InputError, match=r"within 1e\+12 s"):
+        Trajectory(("a",), time, [[0], [1]])
+    Trajectory(("a",), [0, 1e12], [[0], [1]])
+
+
+@pytest.mark.parametrize(
+    ("time", "values"),
+    [
+        ([0, 1e-200, 2e-200, 3e-200], [[0], [1], [0], [1]]),
+        ([0, 1e-310, 2e-310], [[0], [1], [0]]),
+        ([0, 1, 2, 3], [[0], [1e308], [-1e308], [1e308]]),
+    ],
+)
+def test_derivatives_that_overflow_are_refused(time, values) -> None:
+    trajectory = Trajectory(("a",), time, values)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match="overflow"):
+            trajectory.derivatives()
+        with pytest.raises(InputError, match="overflow"):
+            trajectory.resample(time[1])
 
 
 def test_all_faults_in_one_error_in_the_order_of_the_file(tmp_path: Path) -> None:

@@ -10,13 +10,16 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from small import joint_text, link_text, rotation
 
 import pinmech as pm
 from pinmech.errors import DescriptionError, InputError, PinmechError, UnknownNameError
+from pinmech.mechanism import meshes
 from pinmech.mechanism.closures import ROWS, ClosureSystem
 from pinmech.mechanism.spec import json_schema
+from pinmech.mechanism.urdf import read_urdf
 from pinmech.mechanism.yamlfile import read_text
 
 DESCRIPTION = """\
@@ -531,7 +534,8 @@ def test_missing_urdf(name: str, tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     found = faults(tmp_path, changed(DESCRIPTION, ("urdf: bars.urdf", f"urdf: {name}")))
     assert [where for where, _ in found] == ["bars.yaml:4 urdf"]
-    assert "does not exist" in found[0][1]
+    is_folder = name in (".", "/", "folder")
+    assert ("is a folder; name the file in it" if is_folder else "does not exist") in found[0][1]
 
 
 def test_urdf_name_too_long_for_any_file(tmp_path: Path) -> None:
@@ -731,6 +735,46 @@ def test_spelling_does_not_change_the_model(old: str, new: str, capfd) -> None:
     )
 
 
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous"])
+def test_an_axis_that_is_left_out_is_x(kind: str) -> None:
+    """As the URDF standard says; written out for Pinocchio, like every default."""
+    tree = link_text("base") + link_text("a")
+    limit = '<limit effort="1" velocity="1"/>'
+    tree += (
+        f'<joint name="j" type="{kind}"><parent link="base"/><child link="a"/>'
+        f'<origin rpy="0 0 1.5707963267948966"/>{limit}</joint>'
+    )
+    urdf, found = read_urdf(f'<robot name="r">{tree}</robot>', "r.urdf", None)
+    assert found == []
+    assert urdf is not None
+    assert '<axis xyz="1.0 0.0 0.0"/>' in urdf.text
+    model = pin.buildModelFromXML(urdf.text)
+    jacobian = pin.computeJointJacobian(model, model.createData(), np.zeros(1), 1).ravel()
+    np.testing.assert_array_equal(jacobian, [kind == "prismatic", 0, 0, kind != "prismatic", 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("axis", "message"),
+    [
+        ("<axis/>", "joint 'crank': <axis> has no xyz; write"),
+        ('<axis rpy="0 0 1"/>', "joint 'crank': <axis> has no xyz; write"),
+        ('<axis xyz="0 0 1"/><axis xyz="1 0 0"/>', "joint 'crank' has 2 <axis>; keep one"),
+    ],
+)
+def test_an_axis_that_says_nothing_is_a_fault(axis: str, message: str, tmp_path: Path) -> None:
+    """Pinocchio would make a joint of it that does not move."""
+    found = faults(tmp_path, urdf=changed(URDF, ('<axis xyz="0 0 1"/>', axis)))
+    assert [where for where, _ in found] == ["bars.urdf:9"]
+    assert message in found[0][1]
+
+
+def test_a_fixed_joint_needs_no_axis(tmp_path: Path) -> None:
+    urdf = changed(
+        URDF, ('<joint name="tip" type="fixed">', '<joint name="tip" type="fixed"><axis/>')
+    )
+    assert pm.load(write(tmp_path, urdf=urdf)).name == "bars"
+
+
 def test_axis_length_does_not_scale_a_slider() -> None:
     for length in (1e-6, 0.5, 3.0):
         tree = link_text("base") + link_text("a") + link_text("b")
@@ -886,6 +930,31 @@ def test_mesh_missing(name: str, tmp_path: Path) -> None:
     found = faults(tmp_path, urdf=with_mesh(name))
     assert [where for where, _ in found] == ["bars.urdf:6"]
     assert "does not exist" in found[0][1]
+
+
+def test_a_folder_is_no_mesh(tmp_path: Path) -> None:
+    (tmp_path / "parts.stl").mkdir()
+    found = faults(tmp_path, urdf=with_mesh("parts.stl"))
+    assert found == [("bars.urdf:6", "mesh 'parts.stl' is a folder; name the file in it")]
+
+
+def test_a_mesh_of_several_shapes_is_read_once(tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "part.stl").write_text("solid x\nvertex 0 0 nan\nendsolid x\n")
+    read = []
+    real = meshes.mesh_problem
+    monkeypatch.setattr(meshes, "mesh_problem", lambda path: read.append(path) or real(path))
+    shape = '<visual><geometry><mesh filename="part.stl"/></geometry></visual>'
+    urdf = changed(URDF, ('<link name="tip"/>', f'<link name="tip">{shape}{shape}</link>'))
+    found = faults(tmp_path, urdf=urdf)
+    assert len(found) == 1  # both stand in one line
+    assert read == [tmp_path / "part.stl"]
+
+
+def test_a_folder_is_no_mechanism_and_no_arm(tmp_path: Path, antenna: pm.Mechanism) -> None:
+    with pytest.raises(InputError, match="is a folder; name the description file in it"):
+        pm.load(tmp_path)
+    with pytest.raises(InputError, match="is a folder; name the URDF file in it"):
+        antenna.with_arm(tmp_path)
 
 
 def test_no_external_entities(tmp_path: Path) -> None:

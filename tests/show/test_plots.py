@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from pinmech.actuation.case import Case, LoadCase
 from pinmech.actuation.profiles import rest_to_rest
 from pinmech.actuation.sizing import size_actuators
 from pinmech.errors import UnknownNameError
-from pinmech.kinematics.assembly import load
+from pinmech.kinematics.assembly import from_text, load
 from pinmech.show.plots import save_torque_plots, torque_figure
 from pinmech.show.reports import write_report
 
@@ -78,6 +79,37 @@ def test_files(table, tmp_path) -> None:
         assert picture.std() > 0.02  # not blank
     with pytest.raises(UnknownNameError, match="load case"):
         torque_figure(table, "bd")
+
+
+def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path) -> None:
+    """Characters that the font lacks, formulas of mathtext, control characters, a leading _."""
+    mech = load("antenna_3rsu")
+    text = mech.path.read_text("utf-8")
+    for old, new in (
+        ("name: antenna_3rsu", 'name: "漢 $\\\\frac{$"'),
+        ('"12"', '"$_{$ 漢"'),
+        ("name: arm1, joint", "name: _a$^$, joint"),
+        ("[arm1, arm2]", "[_a$^$, arm2]"),
+        ("[arm1, arm3]", "[_a$^$, arm3]"),
+        ("[arm1, arm2, arm3]", "[_a$^$, arm2, arm3]"),
+    ):
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    mech = from_text(text, mech.urdf)
+    motion = rest_to_rest([0, 0], [0.1, 0.1], 5.0, step=0.5)
+    bad = rest_to_rest([0, 0], [1.5, 0.0], 5.0, step=0.5)
+    table = size_actuators(
+        Case("t", mech, [LoadCase("測試 $\\frac$\n\x07", motion), LoadCase("b", bad)])
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        files = save_torque_plots(table, tmp_path)
+        figure = torque_figure(table, "測試 $\\frac$\n\x07")
+    assert [path.name for _, path in files] == ["torque_測試_frac.png", "torque_b.png"]
+    assert figure.get_suptitle() == "漢 $\\frac{$: 測試 $\\frac$"
+    first = figure.axes[0]
+    assert first.get_title("left") == "drive $_{$ 漢"
+    assert [t.get_text() for t in first.get_legend().get_texts()] == ["_a$^$", "arm2"]
 
 
 def test_a_report_has_all_files_and_the_page_shows_the_plots(table, tmp_path) -> None:

@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+import re
 from html.parser import HTMLParser
 
 import pytest
@@ -15,7 +16,8 @@ from pinmech.actuation.profiles import rest_to_rest
 from pinmech.actuation.sizing import size_actuators
 from pinmech.actuation.sizing_rows import COLUMNS, SizingRow, headings, significant
 from pinmech.actuation.sizing_table import SizingTable
-from pinmech.kinematics.assembly import load
+from pinmech.files.cells import csv_text
+from pinmech.kinematics.assembly import from_text, load
 from pinmech.show.tables import WIDTH, console, print_table
 
 
@@ -89,10 +91,87 @@ def test_markdown(table: SizingTable, tmp_path) -> None:
     bars = {line.replace("\\|", "").count("|") for line in lines}
     assert bars == {len(COLUMNS) + 4}
     assert "| peak torque [N·m] |" in text
-    assert "a\\|b <i>&" in text
+    assert "a\\|b &lt;i&gt;&amp;" in text
     assert "| singular | 12 | arm1 | singular |" in text
     assert f"- {table.notes[0]}" in text
     assert "- Assumed: x \\| y" in text
+
+
+FORMULA = '=HYPERLINK("http://x","y")'
+
+
+@pytest.fixture(scope="module")
+def hostile() -> SizingTable:
+    """Names that are formulas, HTML or Markdown, wherever a name can stand."""
+    mech = load("antenna_3rsu")
+    evil = mech.path.read_text("utf-8")
+    for old, new in (
+        ('"12"', "'@SUM(1)'"),
+        ("name: arm1, joint", "name: '+1', joint"),
+        ("[arm1, arm2]", "['+1', arm2]"),
+        ("[arm1, arm3]", "['+1', arm3]"),
+        ("[arm1, arm2, arm3]", "['+1', arm2, arm3]"),
+        ("name: antenna_3rsu", "name: '<b>[m](x)'"),
+    ):
+        assert old in evil, old
+        evil = evil.replace(old, new, 1)
+    mech = from_text(evil, mech.urdf)
+    bad = rest_to_rest([0, 0], [0.46, -0.256], 20.0, step=0.5)
+    names = [FORMULA, "-2+3", "\t=1", '"><script>alert(1)</script>', "# head `x`"]
+    cases = [LoadCase(name, bad, source="<i>") for name in names]
+    title = "<script>alert(0)</script> {0} `a`"
+    return size_actuators(Case("c", mech, cases, title=title, assumptions=["- [x](y)"]))
+
+
+def test_no_cell_of_the_csv_is_a_formula_and_numbers_are_numbers(hostile, tmp_path) -> None:
+    hostile.to_csv(tmp_path / "rows.csv")
+    with (tmp_path / "rows.csv").open(encoding="utf-8", newline="") as stream:
+        read = list(csv.DictReader(stream))
+    assert {line["load_case"] for line in read} >= {f"'{FORMULA}", "'-2+3", "'\t=1"}
+    assert {line["drive"] for line in read} >= {"'@SUM(1)", "13"}
+    assert {line["actuator"] for line in read} >= {"'+1", "arm2"}
+    for line, row in zip(read, hostile.rows, strict=True):
+        texts = (line["load_case"], line["drive"], line["actuator"], line["note"])
+        assert not [text for text in texts if text.startswith(("=", "+", "-", "@", "\t", "\r"))]
+        assert tuple(map(csv_text, texts)) == (row.load_case, row.drive, row.actuator, row.note)
+        for column in COLUMNS:
+            cell = line[f"{column.key} [{column.rotary.replace('·', '.')}]"]
+            assert cell == ("" if row.status != "ok" else repr(getattr(row, column.key)))
+
+
+def test_a_note_that_is_a_formula(tmp_path) -> None:
+    row = SizingRow("a", "1", "m", False, status="singular", note="=1+1")
+    negative = SizingRow("a", "1", "n", False, *[-1.5] * 7)
+    table = SizingTable("t", "", "m", (row, negative), (row,), {}, ())
+    table.to_csv(tmp_path / "rows.csv")
+    lines = (tmp_path / "rows.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[1].endswith(",'=1+1")
+    assert lines[2].startswith("a,1,n,-1.5,-1.5,")
+
+
+def test_no_html_and_no_markup_of_names_in_the_markdown(hostile) -> None:
+    text = hostile.to_markdown()
+    assert not re.search(r"<\w|</", text)
+    assert text.startswith("# &lt;script&gt;alert(0)&lt;/script&gt; {0} \\`a\\`\n")
+    assert "## Envelope of &lt;b&gt;\\[m\\](x)\n" in text
+    assert "\n- \\# head \\`x\\`: &lt;i&gt;, 41 samples" in text
+    assert "- Assumed: - \\[x\\](y)" in text
+    # Every heading is one of the package's.
+    assert len(re.findall(r"(?m)^\s*(?:- )?#", text)) == 4
+
+
+def test_no_script_in_the_page(hostile, tmp_path) -> None:
+    picture = [('" onerror="alert(1)', 'a" onerror="alert(2).png')]
+    hostile.to_html(tmp_path / "t.html", figures=picture)
+    text = (tmp_path / "t.html").read_text(encoding="utf-8")
+    page = _Page()
+    page.feed(text)
+    assert page.open == []
+    assert not page.started & {"script", "i", "b"}
+    assert page.names <= {"lang", "charset", "name", "content", "class", "src", "alt"}
+    assert page.images == [{"src": 'a" onerror="alert(2).png', "alt": '" onerror="alert(1)'}]
+    assert '"><script>alert(1)</script>' in page.texts
+    assert FORMULA in page.texts
 
 
 class _Page(HTMLParser):
@@ -102,8 +181,12 @@ class _Page(HTMLParser):
         self.texts: list[str] = []
         self.images: list[dict] = []
         self.tables = 0
+        self.started: set[str] = set()
+        self.names: set[str] = set()
 
     def handle_starttag(self, tag: str, attrs) -> None:
+        self.started.add(tag)
+        self.names |= {name for name, _ in attrs}
         if tag == "img":
             self.images.append(dict(attrs))
         elif tag != "meta":
