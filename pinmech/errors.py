@@ -46,7 +46,8 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        super().__init__(f"unknown {kind} {name!r}; {suggest(str(name), self.known)}")
+        shown = repr(name) if len(str(name)) <= 200 else repr(str(name)[:200]) + "..."
+        super().__init__(f"unknown {kind} {shown}; {suggest(str(name)[:200], self.known)}")
 
 
 @dataclass(frozen=True)

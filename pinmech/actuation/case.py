@@ -102,13 +102,17 @@ class Case:
         for case in self.load_cases:
             if not isinstance(case, LoadCase):
                 raise InputError(f"load_cases must be a list of LoadCase, holds {shown(case)}")
-            if not isinstance(case.name, str):
-                raise InputError(f"a load case needs a name that is a text, has {shown(case.name)}")
+            for what, text in (("name", case.name), ("source", case.source)):
+                if not isinstance(text, str):
+                    raise InputError(f"the {what} of a load case must be a text, is {shown(text)}")
             if not isinstance(case.motion, Trajectory | profiles.Profile):
                 raise InputError(
                     f"load case {case.name!r} needs a Trajectory or a profile as its motion, has "
                     f"{shown(case.motion)}"
                 )
+        for what, text in (("name", self.name), ("title", self.title)):
+            if not isinstance(text, str):
+                raise InputError(f"the {what} of a case must be a text, is {shown(text)}")
         names_of(self.drives, "drive")
         names_of(self.assumptions, "assumption")
         cases = tuple(

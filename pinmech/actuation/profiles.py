@@ -17,6 +17,7 @@ import numpy as np
 from pinmech.actuation.rotations import orientation_rates
 from pinmech.actuation.trajectory import _ROTATION, Derivatives
 from pinmech.errors import InputError
+from pinmech.kinematics.arguments import LARGEST, sensible
 from pinmech.mechanism.frozen import Sealed, frozen
 from pinmech.mechanism.numeric import number, numbers, one_of, positive, shown
 
@@ -29,6 +30,8 @@ LAWS: dict[str, tuple[float, ...]] = {
     "poly4567": (0, 0, 0, 0, 35, -84, 70, -20),
 }
 _SAMPLES = 401
+#: No motion takes longer [s] (30 years); squares of such times still fit a float.
+_LONGEST = 1e9
 _MOST_SAMPLES = 1_000_000
 
 
@@ -106,6 +109,7 @@ def rest_to_rest(
     if first.shape != last.shape:
         raise InputError(f"start has {len(first)} outputs, goal has {len(last)}")
     time = _times(duration, step)
+    duration = float(time[-1])
     p, dp, ddp = law(law_name, time / duration)
     way = last - first
     values = first + p[:, None] * way
@@ -152,9 +156,11 @@ def sweep(
         )
     if (count != np.round(count)).any() or (count < 0).any():
         raise InputError(f"cycles must be whole numbers of at least 0, are {list(count)}")
-    if not 0 < number(ramp, "ramp") <= 0.5:
+    ramp = number(ramp, "ramp")
+    if not 0 < ramp <= 0.5:
         raise InputError(f"ramp must lie above 0 and be at most 0.5, is {shown(ramp)}")
     time = _times(duration, step)
+    duration = float(time[-1])
     phi, dphi, ddphi = _ramped(time / duration, ramp)
     w = 2 * np.pi * count
     sin, cos = np.sin(phi[:, None] * w), np.cos(phi[:, None] * w)
@@ -193,16 +199,17 @@ def _profile(time: Array, values: Array, rates: Array, second: Array, kind: str)
 
 def _vector(name: str, values: Sequence[float] | Array) -> Array:
     array = numbers(values, f"{name} value")
-    if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite numbers (n,), is {shown(values)}")
+    if array.ndim != 1 or not len(array) or not sensible(array).all():
+        raise InputError(f"{name} must be numbers (n,) within ±{LARGEST:.0e}, is {shown(values)}")
     return array
 
 
 def _times(duration: float, step: float | None) -> Array:
-    duration = positive(duration, "duration", unit="s")
+    duration = positive(duration, "duration", unit="s", most=_LONGEST)
     if step is None:
         return np.linspace(0.0, duration, _SAMPLES)
-    if not 0 < number(step, "step") <= duration:
+    step = number(step, "step")
+    if not 0 < step <= duration:
         raise InputError(f"step must lie between 0 and the duration [s], is {shown(step)}")
     count = int(np.ceil(duration / step * (1 - 1e-12)))
     if count >= _MOST_SAMPLES:

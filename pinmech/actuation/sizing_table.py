@@ -22,6 +22,7 @@ from pinmech.actuation.sizing_rows import (
     notes,
 )
 from pinmech.errors import UnknownNameError
+from pinmech.mechanism.numeric import file_path, shown_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +56,14 @@ class SizingTable:
         Raises:
             UnknownNameError: there is none.
         """
-        for row in self.rows:
-            if (row.load_case, row.drive, row.actuator) == (load_case, drive, actuator):
-                return row
+        wanted = (load_case, drive, actuator)
         known = [f"{row.load_case} / {row.drive} / {row.actuator}" for row in self.rows]
-        raise UnknownNameError("row", " / ".join(map(str, (load_case, drive, actuator))), known)
+        if not all(isinstance(name, str) for name in wanted):
+            raise UnknownNameError("row", " / ".join(map(shown_name, wanted)), known)
+        for row in self.rows:
+            if (row.load_case, row.drive, row.actuator) == wanted:
+                return row
+        raise UnknownNameError("row", " / ".join(wanted), known)
 
     @property
     def notes(self) -> list[str]:
@@ -90,6 +94,7 @@ class SizingTable:
             path: the file.
             envelope: write the envelope instead of the rows.
         """
+        path = file_path(path, "path")
         rows = self.envelope if envelope else self.rows
         header = [
             *KEYS,
@@ -111,6 +116,7 @@ class SizingTable:
 
     def to_markdown(self, path: str | Path | None = None) -> str:
         """Both tables, notes and remarks as Markdown; also written to ``path`` if given (UTF-8)."""
+        path = None if path is None else file_path(path, "path")
         lines = [f"# {_md(self.title or self.name)}", ""]
         for heading, rows, text in self._parts():
             lines += [f"## {heading}", ""]
@@ -132,6 +138,7 @@ class SizingTable:
             path: the file.
             figures: (caption, address relative to the page) of pictures to show.
         """
+        path = file_path(path, "path")
         body = [f"<h1>{_html(self.title or self.name)}</h1>"]
         for heading, rows, text in self._parts():
             body.append(f"<h2>{_html(heading)}</h2>")

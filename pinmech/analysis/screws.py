@@ -21,6 +21,7 @@ from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
 from pinmech.mechanism.limbs import BASE, Limb
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import shown, shown_name
 
 Array = np.ndarray
 
@@ -66,7 +67,7 @@ class LimbScrews(Mapping[str, ScrewSystem]):
 
     def __getitem__(self, limb: str) -> ScrewSystem:
         if not isinstance(limb, str) or limb not in self.limbs:
-            raise UnknownNameError("limb", str(limb), self.limbs)
+            raise UnknownNameError("limb", shown_name(limb), self.limbs)
         return self.limbs[limb]
 
     def __iter__(self) -> Iterator[str]:
@@ -95,7 +96,7 @@ def limb_screws(state: ClosedState, *, at: Array | None = None, locked: bool = F
         else numbers(at, "reference point coordinate")
     )
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise InputError(f"the reference point must be three finite numbers, is {at!r}")
+        raise InputError(f"the reference point must be three finite numbers, is {shown(at)}")
     driven = {a.coordinate for a in mechanism.actuators.values()} if locked else set()
     with mechanism.scratch() as system:
         system.evaluate(state.q)

@@ -83,7 +83,8 @@ def singularity(
         InputError: the tolerance is not positive.
     """
     mechanism = closed(state).mechanism
-    if not 0.0 < number(tolerance, "tolerance") < 1.0:
+    tolerance = number(tolerance, "tolerance")
+    if not 0.0 < tolerance < 1.0:
         raise InputError(f"tolerance must be between 0 and 1, is {tolerance!r}")
     names, coordinates = mechanism.drive(drive), mechanism.drive_coordinates(drive)
     label = drive or next(n for n, members in mechanism.drives.items() if members == names)

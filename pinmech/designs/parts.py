@@ -22,6 +22,7 @@ from pinmech.designs.solids import Array, Point, Solid, mass_properties, placeme
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.mechanism.numeric import number as number_of
 from pinmech.mechanism.numeric import shown
+from pinmech.mechanism.spec import LARGEST
 
 #: Colours by what a part is (red, green, blue, opacity).
 PAINTS: dict[str, tuple[float, float, float, float]] = {
@@ -252,7 +253,9 @@ def check_numbers(dimensions: Any, *, may_be_zero: Sequence[str] = ()) -> None:
             size = number_of(value, field.name)
         except InputError:
             size = -1.0
-        if size < 0.0 or (size == 0.0 and not zero):
+        if size > LARGEST:
+            what = f"at most {LARGEST:g}"
+        if size > LARGEST or size < 0.0 or (size == 0.0 and not zero):
             bad.setdefault(what, []).append(f"{field.name} = {shown(value)}")
     if bad:
         texts = (f"must be finite and {what}: {', '.join(names)}" for what, names in bad.items())

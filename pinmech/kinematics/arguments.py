@@ -10,7 +10,7 @@ from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.state import ClosedState, check_mechanism
 from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import numbers, positive, shown
+from pinmech.mechanism.numeric import numbers, positive, shown, shown_name
 
 Array = np.ndarray
 Values = Mapping[str, float] | Sequence[float] | Array
@@ -74,7 +74,7 @@ def asked(
     *,
     limits: object = True,
     mode: object = None,
-    tolerance: float | None = None,
+    tolerance: float = 1.0,
     progress: object = None,
 ) -> Mechanism:
     """The mechanism, once what was asked of it has been checked.
@@ -87,8 +87,7 @@ def asked(
         raise InputError(f"limits must be True or False, is {shown(limits)}")
     if mode is not None:
         check_mode(mechanism, mode)
-    if tolerance is not None:
-        positive(tolerance, "tolerance")
+    positive(tolerance, "tolerance")
     check_progress(progress)
     return mechanism
 
@@ -121,11 +120,6 @@ def check_progress(progress: object) -> Callable[..., object] | None:
             f"is {shown(progress)}"
         )
     return progress
-
-
-def shown_name(name: object) -> str:
-    """A name for a message, whatever it is."""
-    return name if isinstance(name, str) else shown(name)
 
 
 def guess_state(mechanism: Mechanism, guess: ClosedState | None) -> ClosedState:

@@ -26,6 +26,7 @@ from pinmech.kinematics.scaling import (
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.numeric import shown_name
 
 Array = np.ndarray
 
@@ -184,7 +185,7 @@ def frame_jacobian(state: ClosedState, frame: str) -> Array:
     """
     mechanism = closed(state).mechanism
     if not isinstance(frame, str) or frame not in mechanism.frames:
-        raise UnknownNameError("link", str(frame), mechanism.frames)
+        raise UnknownNameError("link", shown_name(frame), mechanism.frames)
     with mechanism.scratch() as system:
         system.evaluate(state.q)
         found = motions_at(mechanism, system)

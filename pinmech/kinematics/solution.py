@@ -36,6 +36,7 @@ def as_status(text: str) -> Status:
 
 #: Message of a solution with nothing to be said about it.
 CONVERGED = "converged"
+_MAKERS = "paths come from inverse_path and forward_path"
 
 
 @dataclass(frozen=True)
@@ -104,18 +105,21 @@ class Path(Sealed):
 
     def __post_init__(self) -> None:
         mechanism = check_mechanism(self.mechanism)
-        rows = np.shape(self.success)
+        rows = self.success.shape if isinstance(self.success, np.ndarray) else ()
         widths = {
             "q": (mechanism.model.nq,),
             "actuators": (len(mechanism.actuators),),
             "outputs": (len(mechanism.outputs),),
         }
         for name in ("success", "status", "q", "actuators", "outputs", "residual", "iterations"):
-            array = np.asarray(getattr(self, name))
+            array = getattr(self, name)
+            kinds = {"success": "b", "status": "U", "iterations": "iu"}.get(name, "f")
+            if type(array) is not np.ndarray or array.dtype.kind not in kinds:
+                raise InputError(f"{name} of a path cannot be {shown(array)}; {_MAKERS}")
             if len(rows) != 1 or array.shape != rows + widths.get(name, ()):
                 raise InputError(
-                    f"{name} of a path of {mechanism.name} cannot have shape {array.shape}; paths "
-                    "come from inverse_path and forward_path"
+                    f"{name} of a path of {mechanism.name} cannot have shape {array.shape}; "
+                    f"{_MAKERS}"
                 )
             object.__setattr__(self, name, frozen(array))
         odd = np.flatnonzero(self.success != (self.status == "ok"))
@@ -124,6 +128,8 @@ class Path(Sealed):
                 f"row {odd[0]} of a path has status {str(self.status[odd[0]])!r}, but success is "
                 f"{bool(self.success[odd[0]])}; they must agree"
             )
+        if not isinstance(self.messages, Mapping):
+            raise InputError(f"messages of a path cannot be {shown(self.messages)}; {_MAKERS}")
         object.__setattr__(self, "messages", Table(self.messages))
 
     def __len__(self) -> int:

@@ -14,7 +14,7 @@ from pinmech.mechanism.closures import gap, origin_distance, relative_placement,
 from pinmech.mechanism.frozen import Table, frozen
 from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import numbers, positive, shown
+from pinmech.mechanism.numeric import numbers, positive, shown, shown_name
 
 Array = np.ndarray
 
@@ -107,7 +107,7 @@ class ClosedState:
         """
         frame = self.mechanism.frames.get(name) if isinstance(name, str) else None
         if frame is None:
-            raise UnknownNameError("link", str(name), self.mechanism.frames)
+            raise UnknownNameError("link", shown_name(name), self.mechanism.frames)
         return self._data.oMi[frame.joint] * frame.placement
 
     @cached_property

@@ -54,8 +54,8 @@ def mount_arm(
             raise InputError(f"placement must be a pinocchio.SE3, is {shown(placement)}")
         if not np.isfinite(placement.homogeneous).all():
             raise InputError("placement must be finite")
-    if not isinstance(prefix, str) or not prefix.isprintable():
-        raise InputError(f"prefix must be a text, like 'arm_', is {shown(prefix)}")
+    if not isinstance(prefix, str) or not prefix.isprintable() or len(prefix) > 50:
+        raise InputError(f"prefix must be a short text, like 'arm_', is {shown(prefix)}")
     if home is not None and not isinstance(home, Mapping):
         raise InputError(
             f"home must map joints of the arm to values, like {{'elbow': 0.5}}, is {shown(home)}"

@@ -19,7 +19,7 @@ from pinmech.mechanism.closures import ClosureSystem, Frame, Loop
 from pinmech.mechanism.frozen import Table, frozen
 from pinmech.mechanism.geometry import geometry_of, tree_of
 from pinmech.mechanism.limbs import Limb
-from pinmech.mechanism.numeric import numbers, shown
+from pinmech.mechanism.numeric import numbers, shown, shown_name
 from pinmech.mechanism.spec import Description
 
 if TYPE_CHECKING:
@@ -175,10 +175,9 @@ class Mechanism:
         Raises:
             UnknownNameError: there is no such moving joint.
         """
-        try:
-            return self.joints.index(joint)
-        except ValueError:
-            raise UnknownNameError("joint", str(joint), self.joints) from None
+        if not isinstance(joint, str) or joint not in self.joints:
+            raise UnknownNameError("joint", shown_name(joint), self.joints)
+        return self.joints.index(joint)
 
     def drive(self, name: str | None) -> tuple[str, ...]:
         """Actuator names of a drive; None means the largest one.
@@ -189,7 +188,7 @@ class Mechanism:
         if name is None:
             return max(self.drives.values(), key=len)
         if not isinstance(name, str) or name not in self.drives:
-            raise UnknownNameError("drive", str(name), self.drives)
+            raise UnknownNameError("drive", shown_name(name), self.drives)
         return self.drives[name]
 
     def drive_coordinates(self, name: str | None) -> Array:
@@ -291,7 +290,7 @@ class Mechanism:
             named = isinstance(pattern, str)
             fitting = [k for k, j in enumerate(self.joints) if named and fnmatchcase(j, pattern)]
             if not fitting:
-                raise UnknownNameError("joint", str(pattern), self.joints)
+                raise UnknownNameError("joint", shown_name(pattern), self.joints)
             pair = numbers(values, f"{pattern!r} friction value")
             if pair.shape != (2,) or not (np.isfinite(pair) & (pair >= 0)).all():
                 raise InputError(

@@ -39,24 +39,10 @@ def numbers(values: object, what: str) -> Array:
         InputError: complex numbers, dates, texts, records, bools, masked entries, numbers too
             large for a float, lists of unequal lengths, or anything else that is no number.
     """
-    try:
-        strange = _strange(values)
-        if strange is None:
-            array = np.asarray(values)
-            kind = array.dtype.kind
-            if kind in "fiu":
-                return np.array(array, dtype=float)
-            if kind != "O":
-                strange = _KINDS.get(kind, f"values of type {array.dtype}")
-            else:
-                strange = _named(array.ravel().tolist())
-                if strange is None:
-                    return array.astype(float)
-    except OverflowError:
-        raise InputError(f"{what}s must be numbers that fit a float; one is beyond 1e308") from None
-    except (TypeError, ValueError, RecursionError):
-        strange = f"{type(values).__name__}, which does not make an array (rows of unequal length?)"
-    raise InputError(f"{what}s must be numbers, found {strange}")
+    array, strange = _converted(values)
+    if array is None:
+        raise InputError(f"{what}s must be numbers, found {strange}")
+    return array
 
 
 def number(value: object, what: str) -> float:
@@ -67,7 +53,9 @@ def number(value: object, what: str) -> float:
     """
     if type(value) is float and math.isfinite(value):
         return value
-    out = numbers(value, what)
+    out, strange = _converted(value)
+    if out is None:
+        raise InputError(f"{what} must be one finite number, not {strange}: {shown(value)}")
     if out.shape != () or not math.isfinite(out):
         raise InputError(f"{what} must be one finite number, is {shown(value)}")
     return float(out)
@@ -133,7 +121,7 @@ def file_path(value: object, what: str) -> Path:
     Raises:
         InputError: neither.
     """
-    if isinstance(value, str | Path) and str(value).strip():
+    if isinstance(value, str | Path) and str(value).strip() and "\0" not in str(value):
         return Path(value)
     raise InputError(f"{what} must be a path, is {shown(value)}")
 
@@ -145,6 +133,31 @@ def shown(value: object) -> str:
     except ValueError:  # Python refuses to write integers of over 4300 digits
         text = f"a {type(value).__name__} with very many digits"
     return text if len(text) <= 80 else text[:77] + "..."
+
+
+def shown_name(name: object) -> str:
+    """A name for a message, whatever it is."""
+    return name if isinstance(name, str) else shown(name)
+
+
+def _converted(values: object) -> tuple[Array | None, str]:
+    """A new float array of the values, or None and what they are instead of real numbers."""
+    try:
+        strange = _strange(values)
+        if strange is not None:
+            return None, strange
+        array = np.asarray(values)
+        kind = array.dtype.kind
+        if kind in "fiu":
+            return np.array(array, dtype=float), ""
+        if kind != "O":
+            return None, _KINDS.get(kind, f"values of type {array.dtype}")
+        strange = _named(array.ravel().tolist())
+        return (array.astype(float), "") if strange is None else (None, strange)
+    except OverflowError:
+        return None, "one that does not fit a float: it is beyond 1e308"
+    except (TypeError, ValueError, RecursionError):
+        return None, f"{type(values).__name__} that makes no array (rows of unequal length?)"
 
 
 def _strange(values: object) -> str | None:

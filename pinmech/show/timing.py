@@ -80,7 +80,7 @@ class Timing:
             InputError: a duration that is not positive, less than 2 frames.
         """
         if duration is not None:
-            duration = positive(duration, "duration", unit="s")
+            duration = positive(duration, "duration", unit="s", most=1e6)
         if whole(frames, "frames") < 2:
             raise InputError(f"an animation needs at least 2 frames, not {frames!r}")
         if frames > _MOST_FRAMES:
