@@ -325,7 +325,9 @@ def test_everything_public_is_among_them(results: dict[str, Any]) -> None:
 def read_only(thing: Any) -> list[bool]:
     """Which of the arrays in it cannot be written to."""
     found = []
-    for value in getattr(thing, "__dict__", {}).values():
+    for name, value in getattr(thing, "__dict__", {}).items():
+        if name.startswith("_"):
+            continue
         parts = value.values() if isinstance(value, dict) else [value]
         found += [not p.flags.writeable for p in parts if isinstance(p, np.ndarray)]
     return found
@@ -336,7 +338,11 @@ def test_nothing_makes_read_only_arrays_writable(name: str, results: dict[str, A
     """Neither a flag nor a journey nor a copy."""
     thing = results[name]
     for twin in (thing, sent(thing), copy.deepcopy(thing)):
-        arrays = [v for v in vars(twin).values() if isinstance(v, np.ndarray)]
+        arrays = [
+            value
+            for name, value in vars(twin).items()
+            if isinstance(value, np.ndarray) and not name.startswith("_")
+        ]
         arrays += getattr(twin, "directions", {}).values()
         assert arrays
         for array in arrays:
@@ -391,7 +397,7 @@ def test_every_error_has_an_example() -> None:
     assert not missing, f"add an example of each to errors(): {missing}"
 
 
-@pytest.mark.parametrize("error", errors(), ids=lambda error: type(error).__name__)
+@pytest.mark.parametrize("error", list(errors()), ids=lambda error: type(error).__name__)
 def test_errors_travel_with_all_their_data(error: PinmechError) -> None:
     error.add_note("while testing")
     for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
@@ -450,7 +456,7 @@ def test_a_worker_keeps_the_mechanism_between_tasks(pool: Any, wide: pm.Mechanis
     assert call(pool, workers.identity, wide) == call(pool, workers.identity, wide)
 
 
-@pytest.mark.parametrize("error", errors(), ids=lambda error: type(error).__name__)
+@pytest.mark.parametrize("error", list(errors()), ids=lambda error: type(error).__name__)
 def test_an_error_in_a_worker_reaches_the_parent(pool: Any, error: PinmechError) -> None:
     with pytest.raises(type(error)) as caught:
         call(pool, workers.fail, error)
@@ -461,10 +467,8 @@ def test_a_failed_solve_in_a_worker_reaches_the_parent(pool: Any, antenna: pm.Me
     with pytest.raises(SolveError) as caught:
         call(pool, workers.unwrap, antenna, [0.1, 3.0])
     assert caught.value.status == caught.value.solution.status != "ok"
-    assert same(
-        call(pool, workers.unwrap, antenna, [0.1, 0.0]).q,
-        pm.inverse(antenna, [0.1, 0.0]).unwrap().q,
-    )
+    there = call(pool, workers.unwrap, antenna, [0.1, 0.0])
+    assert same(there, workers.unwrap(antenna, [0.1, 0.0]))
 
 
 @pytest.mark.parametrize("method", METHODS)
