@@ -200,6 +200,7 @@ def calls(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield "mobility locked", lambda x: pm.mobility(state, locked=x)
     yield "singularity drive", lambda x: pm.singularity(state, drive=x)
     yield "singularity tolerance", lambda x: pm.singularity(state, tolerance=x)
+    yield "limb_screws locked", lambda x: pm.limb_screws(state, locked=x)
     yield "limb_screws at", lambda x: pm.limb_screws(state, at=x)
     yield "limb_screws item", lambda x: s.screws[x]
     yield "inverse_dynamics state", lambda x: pm.inverse_dynamics(x, zero, zero)
@@ -222,6 +223,7 @@ def calls(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield "inverse_dynamics_path sharing", lambda x: along(mech, path, two, two, sharing=x)
     yield "inverse_dynamics_path loads", lambda x: along(mech, path, two, two, loads=x)
     yield "inverse_dynamics_path progress", lambda x: along(mech, path, two, two, progress=x)
+    yield "view open", lambda x: pm.view(path, open=x) if x is not True else None
     yield "Payload mass", pm.Payload
     yield "Payload com", lambda x: pm.Payload(1.0, com=x)
     yield "Payload inertia", lambda x: pm.Payload(1.0, inertia=x)
@@ -232,7 +234,7 @@ def calls(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield "view duration", lambda x: pm.view(path, duration=x)
     yield "view frames", lambda x: pm.view(path, frames=x)
     yield from _methods(s, folder)
-    yield from _motions(s)
+    yield from _motions(s, folder)
     for name in ("antenna_3rsu", "decoupled_pf", "decoupled_4r", "spherical_3paur", "gpr_3ps"):
         design = getattr(pm.designs, name)
         yield f"design {name} density", lambda x, f=design: f(density=x)
@@ -256,6 +258,7 @@ def _methods(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield "mech.with_friction", mech.with_friction
     yield "mech.with_friction value", lambda x: mech.with_friction({"arm1": x})
     yield "mech.with_friction pair", lambda x: mech.with_friction({"arm1": (x, 0.0)})
+    yield "mech.with_friction only", lambda x: mech.with_friction({}, only=x)
     yield "mech.with_model", mech.with_model
     yield "mech.with_arm arm", mech.with_arm
     yield "mech.with_arm placement", lambda x: mech.with_arm("planar_3r", placement=x)
@@ -283,11 +286,12 @@ def _methods(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
         yield f"Path argument {k}", lambda x, k=k, p=parts: pm.Path(*p[:k], x, *p[k + 1 :])
     yield "table.row", lambda x: table.row(x, x, x)
     yield "table.to_csv", lambda x: table.to_csv(_inside(folder, x))
+    yield "table.to_csv envelope", lambda x: table.to_csv(folder / "table.csv", envelope=x)
     yield "table.to_markdown", lambda x: table.to_markdown(_inside(folder, x))
     yield "table.to_html", lambda x: table.to_html(_inside(folder, x))
 
 
-def _motions(s: Subjects) -> Iterator[tuple[str, Call]]:
+def _motions(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     mech, trajectory, rows = s.antenna, s.trajectory, s.rows
     names, time = ("alpha", "beta"), np.arange(4.0)
     yield "Trajectory names", lambda x: pm.Trajectory(x, time, rows)
@@ -296,6 +300,11 @@ def _motions(s: Subjects) -> Iterator[tuple[str, Call]]:
     yield "Trajectory units", lambda x: pm.Trajectory(names, time, rows, units=x)
     yield "Trajectory kind", lambda x: pm.Trajectory(names, time, rows, kind=x)
     yield "Trajectory.from_csv", pm.Trajectory.from_csv
+    yield "trajectory.to_csv path", lambda x: trajectory.to_csv(_inside(folder, x))
+    yield (
+        "trajectory.to_csv comments",
+        lambda x: trajectory.to_csv(folder / "trajectory.csv", comments=x),
+    )
     yield "trajectory.matched", trajectory.matched
     yield "trajectory.derivatives", lambda x: trajectory.derivatives(degree=x)
     yield "trajectory.resample", trajectory.resample

@@ -16,9 +16,9 @@ from pinmech.errors import InputError, SingularError
 from pinmech.kinematics.arguments import asked
 from pinmech.kinematics.firstorder import loose_freedoms
 from pinmech.kinematics.rates import check_rates
+from pinmech.kinematics.rows import check_rows_closed
 from pinmech.kinematics.scaling import frame_twist
 from pinmech.kinematics.solution import Path
-from pinmech.kinematics.state import check_rows_closed
 from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism

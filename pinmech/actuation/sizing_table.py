@@ -22,7 +22,7 @@ from pinmech.actuation.sizing_rows import (
     notes,
 )
 from pinmech.errors import UnknownNameError
-from pinmech.mechanism.numeric import file_path, shown_name
+from pinmech.mechanism.numeric import file_path, flag, shown_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ class SizingTable:
             envelope: write the envelope instead of the rows.
         """
         path = file_path(path, "path")
-        rows = self.envelope if envelope else self.rows
+        rows = self.envelope if flag(envelope, "envelope") else self.rows
         header = [
             *KEYS,
             *(f"{c.key} [{c.unit(self.rows).replace('·', '.')}]" for c in COLUMNS),

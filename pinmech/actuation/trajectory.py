@@ -141,6 +141,8 @@ class Trajectory(Sealed):
             path: the file.
             comments: lines that go above the header, each behind a #.
         """
+        path = file_path(path, "a trajectory file")
+        comments = names_of(comments, "comment")
         lines = [f"# {line}".rstrip() for text in comments for line in text.splitlines() or [""]]
         columns = [f"{n} [{u}]" for n, u in zip(self.names, self.units, strict=True)]
         for column in columns:

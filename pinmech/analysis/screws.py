@@ -21,7 +21,7 @@ from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
 from pinmech.mechanism.limbs import BASE, Limb
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import shown, shown_name
+from pinmech.mechanism.numeric import flag, shown, shown_name
 
 Array = np.ndarray
 
@@ -97,7 +97,9 @@ def limb_screws(state: ClosedState, *, at: Array | None = None, locked: bool = F
     )
     if point.shape != (3,) or not np.isfinite(point).all():
         raise InputError(f"the reference point must be three finite numbers, is {shown(at)}")
-    driven = {a.coordinate for a in mechanism.actuators.values()} if locked else set()
+    driven = (
+        {a.coordinate for a in mechanism.actuators.values()} if flag(locked, "locked") else set()
+    )
     with mechanism.scratch() as system:
         system.evaluate(state.q)
         limbs = {

@@ -10,7 +10,7 @@ from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.state import ClosedState, check_mechanism
 from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import numbers, positive, shown, shown_name
+from pinmech.mechanism.numeric import flag, numbers, positive, shown, shown_name
 
 Array = np.ndarray
 Values = Mapping[str, float] | Sequence[float] | Array
@@ -83,8 +83,7 @@ def asked(
         InputError: not a mechanism, or an option of another type.
     """
     check_mechanism(mechanism)
-    if not isinstance(limits, bool | np.bool_):
-        raise InputError(f"limits must be True or False, is {shown(limits)}")
+    flag(limits, "limits")
     if mode is not None:
         check_mode(mechanism, mode)
     positive(tolerance, "tolerance")

@@ -238,13 +238,13 @@ def verify_closed(
 def _verified(mechanism: Mechanism, q: Array, tolerance: float) -> ClosedState:
     data = mechanism.model.createData()
     pin.forwardKinematics(mechanism.model, data, q)
-    wrong, residual = _opening(mechanism, data, tolerance)
+    wrong, residual = opening(mechanism, data, tolerance)
     if wrong:
         raise InputError(wrong)
     return ClosedState(mechanism, q, residual, _key=_PASS)
 
 
-def _opening(mechanism: Mechanism, data: pin.Data, tolerance: float) -> tuple[str, float]:
+def opening(mechanism: Mechanism, data: pin.Data, tolerance: float) -> tuple[str, float]:
     """What is wrong with a loop (an empty text if nothing), and the largest gap over the length."""
     residual = 0.0
     for loop in mechanism.loops.values():
@@ -271,29 +271,3 @@ def _arrived(mechanism: Mechanism, q: bytes, residual: float) -> ClosedState:
     if values.shape != (mechanism.model.nq,) or not np.isfinite(values).all():
         raise InputError("the joint values of a state did not arrive whole")
     return _verified(mechanism, values, max(VERIFIED, min(1.01 * residual, 1.01 * LOOSEST)))
-
-
-def check_rows_closed(mechanism: Mechanism, q: Array, rows: Array, what: str) -> None:
-    """Prove that rows of joint values q (N, nq) [rad or m] close all loops.
-
-    Args:
-        mechanism: the mechanism.
-        q: the joint values.
-        rows: (N,) bool, the rows that count.
-        what: what they belong to, for the message.
-
-    Raises:
-        InputError: a loop is open in one of them; names the row, the loop and the gap.
-    """
-    data = mechanism.model.createData()
-    for k in np.flatnonzero(rows):
-        row = q[k]
-        if not np.isfinite(row).all():
-            raise InputError(f"{what}: row {k} is marked as solved, but its q is not finite")
-        pin.forwardKinematics(mechanism.model, data, row)
-        wrong, _ = _opening(mechanism, data, VERIFIED)
-        if wrong:
-            raise InputError(
-                f"{what}: {wrong} in row {k}, so its q is not what inverse_path or forward_path "
-                "gave; solve the path again"
-            )

@@ -19,7 +19,7 @@ from pinmech.mechanism.closures import ClosureSystem, Frame, Loop
 from pinmech.mechanism.frozen import Table, frozen
 from pinmech.mechanism.geometry import geometry_of, tree_of
 from pinmech.mechanism.limbs import Limb
-from pinmech.mechanism.numeric import numbers, shown, shown_name
+from pinmech.mechanism.numeric import flag, numbers, shown, shown_name
 from pinmech.mechanism.spec import Description
 
 if TYPE_CHECKING:
@@ -283,6 +283,7 @@ class Mechanism:
                 "friction must map joints to (Coulomb, viscous), "
                 f"like {{'arm*': (0.1, 0.02)}}; is {shown(friction)}"
             )
+        only = flag(only, "only")
         model = self.model.copy()
         dry = np.zeros(model.nv) if only else np.array(model.upperDryFrictionLimit)
         viscous = np.zeros(model.nv) if only else np.array(model.damping)

@@ -86,6 +86,17 @@ def whole(value: object, what: str) -> int:
     raise InputError(f"{what} must be a whole number, is {shown(value)}")
 
 
+def flag(value: object, what: str) -> bool:
+    """True or False.
+
+    Raises:
+        InputError: anything else: of an array, nobody knows whether it is true.
+    """
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise InputError(f"{what} must be True or False, is {shown(value)}")
+
+
 def names_of(values: object, what: str) -> tuple[str, ...]:
     """A list of names.
 

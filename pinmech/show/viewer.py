@@ -17,7 +17,7 @@ from pinmech.kinematics.solution import Path
 from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import numbers, positive, shown
+from pinmech.mechanism.numeric import flag, numbers, positive, shown
 from pinmech.show import shapes
 from pinmech.show.animation import Animation, good_rows, make_animation
 from pinmech.show.bodies import corner_points, load_bodies
@@ -66,6 +66,7 @@ def view(
         InputError: not something to view; a path without one pose that succeeded; wrong times;
             shapes that cannot be read; no server at ``url``.
     """
+    flag(open, "open")
     if isinstance(subject, Path):
         viewer = Viewer(subject.mechanism)
         viewer.animate(subject, time=time, duration=duration, frames=frames)
