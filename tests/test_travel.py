@@ -484,6 +484,15 @@ def test_executors(method: str, antenna: pm.Mechanism) -> None:
             future.result(PATIENCE)
 
 
+def test_what_is_sent_is_the_mechanism_as_it_is(antenna: pm.Mechanism) -> None:
+    """It is packed once; but a model that somebody writes to after that is not forgotten."""
+    mech = antenna.with_model(antenna.model.copy())
+    assert same_mechanism(mech, sent(mech))
+    mech.model.damping = mech.model.damping + 1.0
+    assert same_mechanism(mech, sent(mech))
+    np.testing.assert_array_equal(sent(mech).model.damping, antenna.model.damping + 1.0)
+
+
 def test_nothing_of_pinocchio_stays_open(antenna: pm.Mechanism) -> None:
     """A mechanism that was used, with scratch memory and all, travels as one that was not."""
     fresh = pickle.dumps(pm.load("antenna_3rsu"))

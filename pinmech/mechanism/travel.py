@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import weakref
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -44,8 +45,20 @@ class Luggage(NamedTuple):
     home: bytes
 
 
+#: Packed once, though a pool sends it with every task; with the model as it was then.
+_packed: weakref.WeakKeyDictionary[Mechanism, tuple[pin.Model, Luggage]]
+_packed = weakref.WeakKeyDictionary()
+
+
 def pack(mechanism: Mechanism) -> Luggage:
     """What the mechanism is rebuilt from elsewhere."""
+    kept = _packed.get(mechanism)
+    if kept is None or kept[0] != mechanism.model:
+        kept = _packed[mechanism] = (mechanism.model.copy(), _pack(mechanism))
+    return kept[1]
+
+
+def _pack(mechanism: Mechanism) -> Luggage:
     plain = _model(mechanism.urdf)
     plain.lowerPositionLimit = mechanism.model.lowerPositionLimit
     plain.upperPositionLimit = mechanism.model.upperPositionLimit
