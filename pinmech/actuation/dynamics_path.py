@@ -20,9 +20,9 @@ from pinmech.kinematics.rows import check_rows_closed
 from pinmech.kinematics.scaling import frame_twist
 from pinmech.kinematics.solution import Path
 from pinmech.mechanism.closures import ClosureSystem
-from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import shown
+from pinmech.mechanism.same_geometry import same_geometry
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]

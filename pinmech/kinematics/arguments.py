@@ -8,9 +8,9 @@ import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.state import ClosedState, check_mechanism
-from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import flag, numbers, positive, shown, shown_name
+from pinmech.mechanism.same_geometry import same_geometry
 
 Array = np.ndarray
 Values = Mapping[str, float] | Sequence[float] | Array

@@ -12,9 +12,9 @@ import pinocchio as pin
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.mechanism.closures import gap, origin_distance, relative_placement, sense_fault
 from pinmech.mechanism.frozen import Table, frozen
-from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import numbers, positive, shown, shown_name
+from pinmech.mechanism.same_geometry import same_geometry
 
 Array = np.ndarray
 

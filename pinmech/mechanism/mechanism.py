@@ -17,9 +17,9 @@ from pinmech.errors import InputError, UnknownNameError
 from pinmech.mechanism import closures
 from pinmech.mechanism.closures import ClosureSystem, Frame, Loop
 from pinmech.mechanism.frozen import Table, frozen
-from pinmech.mechanism.geometry import geometry_of, tree_of
 from pinmech.mechanism.limbs import Limb
 from pinmech.mechanism.numeric import flag, numbers, shown, shown_name
+from pinmech.mechanism.same_geometry import geometry_of, tree_of
 from pinmech.mechanism.spec import Description
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from meshcat.commands import SetAnimation
 from pinmech.errors import InputError
 from pinmech.kinematics.solution import Path
 from pinmech.kinematics.state import ClosedState
-from pinmech.mechanism.geometry import same_geometry
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import flag, numbers, positive, shown
+from pinmech.mechanism.same_geometry import same_geometry
 from pinmech.show import shapes
 from pinmech.show.animation import Animation, good_rows, make_animation
 from pinmech.show.bodies import corner_points, load_bodies

@@ -11,7 +11,7 @@ import pytest
 
 import pinmech as pm
 from pinmech.errors import InputError
-from pinmech.mechanism.geometry import same_geometry
+from pinmech.mechanism.same_geometry import same_geometry
 
 DESIGN = pm.designs.DESIGNS["antenna_3rsu"]()
 
