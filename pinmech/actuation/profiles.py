@@ -30,8 +30,8 @@ LAWS: dict[str, tuple[float, ...]] = {
     "poly4567": (0, 0, 0, 0, 35, -84, 70, -20),
 }
 _SAMPLES = 401
-#: No motion takes longer [s] (30 years); squares of such times still fit a float.
-_LONGEST = 1e9
+#: No motion takes longer [s] (30,000 years); squares of such times still fit a float.
+_LONGEST = 1e12
 _MOST_SAMPLES = 1_000_000
 
 
