@@ -347,5 +347,5 @@ def _motions(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
 
 def _inside(folder: Path, name: Any) -> Any:
     """Texts that could name a file stay in a scratch folder."""
-    plain = isinstance(name, str) and name.isprintable() and name and len(name) < 100
+    plain = isinstance(name, str) and name and "\0" not in name and len(name) < 100
     return folder / name if plain else name
