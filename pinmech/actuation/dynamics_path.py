@@ -7,30 +7,22 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pinmech.actuation.dynamics import drive_limits, open_tree, unbalanced_message
-from pinmech.actuation.friction import friction_forces, headings
-from pinmech.actuation.lean import Lean
-from pinmech.actuation.loads import Loads, given_loads
+from pinmech.actuation.between import breakdowns
+from pinmech.actuation.demand import Demand, demand_path
+from pinmech.actuation.dynamics import drive_limits, unbalanced_message
+from pinmech.actuation.loads import Loads
 from pinmech.actuation.overflow import overflow_message
+from pinmech.actuation.rotations import nearest_turn
 from pinmech.actuation.sharing import DRIVE_RANK, check_sharing
 from pinmech.actuation.standing import standing_torques
-from pinmech.errors import InputError, SingularError
-from pinmech.kinematics.arguments import LARGEST, asked, sensible
-from pinmech.kinematics.firstorder import loose_freedoms
-from pinmech.kinematics.rates import check_rates
-from pinmech.kinematics.rows import check_rows_closed
 from pinmech.kinematics.solution import Path
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import shown
-from pinmech.mechanism.same_geometry import same_geometry
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]
 
 #: Part of the largest rate or static torque below which one is rounding.
 _NOISE = 1e-11
-#: Points between two samples at which the interpolated drive Jacobian is examined.
-_BETWEEN = 16
 
 
 @dataclass(frozen=True)
@@ -48,7 +40,8 @@ class DynamicsPath:
         actuator_rates: (N, n_drive) [rad/s or m/s].
         generalised_force: (N, n_out) force that the drive balances, per output [N·m or N].
         drive_jacobian: (N, n_drive, n_out) actuator rates per output rate [rad or m, each].
-        crossings: rows k such that the drive passes a type 2 singularity between k and k + 1.
+        crossings: rows k such that the drive passes a type 2 singularity on the straight line of
+            the outputs between k and k + 1.
         messages: row -> reason, for the rows that failed.
         static: (N, n_drive) torques that hold each pose still without the help of friction
             [N·m or N]; None unless the demand is one with ``standing``.
@@ -73,31 +66,6 @@ class DynamicsPath:
 
     def __len__(self) -> int:
         return len(self.success)
-
-
-@dataclass(frozen=True)
-class Demand:
-    """What a motion demands, before a drive is chosen. Rows that failed are NaN.
-
-    Attributes:
-        actuator_jacobian: (N, n_act, n_out + m) actuator rates per output rate, and per motion that
-            is possible to first order only (usually m = 0).
-        force: (N, n_out + m) generalised force of each [N·m or N].
-        magnitude: (N,) size of the terms that cancel in ``force``, for telling rounding from load.
-        status: (N,) texts.
-        messages: row -> reason.
-        static: (N, n_out + m) generalised force of each, standing still without friction, or None.
-        rubbing: (N, j, n_out + m) motion of each joint that has Coulomb friction, times that
-            friction [N·m or N], or None.
-    """
-
-    actuator_jacobian: Array
-    force: Array
-    magnitude: Array
-    status: Array
-    messages: dict[int, str]
-    static: Array | None = None
-    rubbing: Array | None = None
 
 
 def inverse_dynamics_path(
@@ -139,94 +107,8 @@ def inverse_dynamics_path(
         continuous=continuous,
         progress=progress,
     )
-    return share_path(mechanism, path, demand, rates, drive=drive, sharing=sharing)
-
-
-@np.errstate(over="ignore", invalid="ignore")  # told by share_path, row by row
-def demand_path(
-    mechanism: Mechanism,
-    path: Path,
-    rates: object,
-    accelerations: object,
-    *,
-    loads: Loads | None = None,
-    continuous: bool = False,
-    standing: bool = False,
-    progress: Progress | None = None,
-) -> Demand:
-    """What the motion demands of whichever drive: compute once, then share among drives.
-
-    ``standing`` asks for the forces at rest in each pose too; the rest as for
-    :func:`inverse_dynamics_path`.
-    """
-    asked(mechanism, progress=progress)
-    if not isinstance(path, Path):
-        raise InputError(f"path must be a Path, from inverse_path, is {shown(path)}")
-    if not same_geometry(path.mechanism, mechanism):
-        raise InputError(
-            f"the path belongs to another mechanism, {path.mechanism.name}: its geometry (joints, "
-            f"placements, loops) is not that of this {mechanism.name}; solve the path for this one"
-        )
-    check_rows_closed(mechanism, path.q, path.success, "path")
-    # Masses and friction of this one, in all that follows.
-    path = replace(path, mechanism=mechanism)
-    count = len(path)
-    rate = check_rates(mechanism, rates, count, "rates")
-    acceleration = check_rates(mechanism, accelerations, count, "accelerations")
-    loads = given_loads(loads)
-    nv, outputs = mechanism.model.nv, len(mechanism.outputs)
-    loose = loose_freedoms(mechanism)
-    motion = np.full((count, nv, outputs + loose), np.nan)
-    velocity, required, still = np.full((3, count, nv), np.nan)
-    heading = headings(rate) if continuous else rate
-    status, messages = path.status.copy(), dict(path.messages)
-    good = np.asarray(sensible(np.hstack([rate, acceleration])).all(axis=1))
-    with mechanism.scratch() as system:
-        square = system.rows == nv - outputs and mechanism.outputs.kind == "joints"
-        lean = Lean(mechanism, system, loads, standing=standing) if square and not loose else None
-        for k in range(count):
-            if progress is not None and k % 256 == 0:
-                progress(k, count)
-            if not path.success[k]:
-                continue
-            if not good[k]:
-                status[k] = "bad_input"
-                messages[k] = (
-                    f"rates or accelerations are NaN, infinite or beyond ±{LARGEST:.0e}: "
-                    "check the unit"
-                )
-                continue
-            if lean is not None and lean.solve(path.q[k], rate[k], acceleration[k]):
-                motion[k], velocity[k], required[k] = lean.motion, lean.velocity, lean.required
-                still[k] = lean.still
-                continue
-            try:
-                tree = open_tree(path.state(k), rate[k], acceleration[k], loads, heading[k])
-                motion[k], velocity[k] = np.hstack([tree.motion, tree.loose]), tree.velocity
-                required[k], still[k] = tree.required - tree.friction, tree.still
-            except SingularError as trouble:
-                status[k], messages[k] = "singular", str(trouble)
-    if progress is not None:
-        progress(count, count)
-    along = np.einsum("nij,nj->ni", motion[:, :, :outputs], heading) if continuous else None
-    required += friction_forces(mechanism, velocity, along)
-    dry = np.array(mechanism.model.upperDryFrictionLimit)
-    rubs = np.flatnonzero(dry)
-    force = np.einsum("nij,ni->nj", motion, required)
-    size = np.einsum("nij,ni->nj", np.abs(motion), np.abs(required)).max(axis=1)
-    for row in np.flatnonzero((status == "ok") & ~np.isfinite(size)):
-        status[row], messages[int(row)] = "bad_input", overflow_message("forces", mechanism)
-        force[row] = np.nan
-    scales = mechanism.scales[:, None]
-    return Demand(
-        motion[:, mechanism.actuator_coordinates] * scales,
-        force,
-        size,
-        status,
-        messages,
-        np.einsum("nij,ni->nj", motion, still) if standing else None,
-        motion[:, rubs] * dry[rubs, None] if standing else None,
-    )
+    shared = share_path(mechanism, path, demand, rates, drive=drive, sharing=sharing)
+    return replace(shared, crossings=crossings(path, shared.drive_jacobian, shared.drive))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # told row by row
@@ -239,7 +121,7 @@ def share_path(
     drive: str | None = None,
     sharing: str = "min_norm",
 ) -> DynamicsPath:
-    """Share a demand among the actuators of a drive; find the singularities on the way."""
+    """Share a demand among the actuators of a drive. Crossings are not looked for."""
     names = mechanism.drive(drive)
     label = drive if drive is not None else _name_of(mechanism, names)
     weights = check_sharing(sharing, drive_limits(mechanism, names))
@@ -282,7 +164,7 @@ def share_path(
         actuator_rates=_without_noise(np.einsum("nij,nj->ni", jacobian[:, :, :outputs], rate)),
         generalised_force=demand.force[:, :outputs],
         drive_jacobian=jacobian[:, :, :outputs],
-        crossings=type2_crossings(jacobian),
+        crossings=(),
         messages=messages,
         static=None if static is None else _without_noise(static),
         breakaway=breakaway,
@@ -300,26 +182,49 @@ def _name_of(mechanism: Mechanism, names: tuple[str, ...]) -> str:
     return next(name for name, members in mechanism.drives.items() if members == names)
 
 
-def type2_crossings(jacobian: Array) -> tuple[int, ...]:
-    """Rows k of (N, n_drive, n_out) drive Jacobians with a type 2 singularity between k and k+1.
+class _Polyline:
+    """The straight lines between the rows of a path; times are row numbers."""
 
-    Between two samples the Jacobian is interpolated linearly: exact to second order in the step.
-    It is singular where a singular value vanishes: seen as a change of sign of
-    det(J(t)ᵀ J(t')) between neighbouring points, so a pair of crossings is seen too.
+    def __init__(self, path: Path) -> None:
+        self.time = np.arange(len(path), dtype=float)
+        self._outputs, self._kind = path.outputs, path.mechanism.outputs.kind
+
+    def at(self, time: Array) -> Array:
+        """Outputs (M, n_out) at row numbers and parts of them (M,)."""
+        row = np.minimum(time.astype(int), len(self.time) - 2)
+        part = (time - row)[:, None]
+        one, two = self._outputs[row], self._outputs[row + 1]
+        if self._kind in ("orientation", "pose"):
+            two = two.copy()
+            two[:, -3:] = nearest_turn(two[:, -3:], one[:, -3:])
+        return np.asarray(one + part * (two - one))
+
+
+def crossings(path: Path, jacobian: Array, drive: str) -> tuple[int, ...]:
+    """Rows k such that a drive passes a type 2 singularity on the straight line of the outputs
+    between k and k + 1.
+
+    Only intervals are looked at in which a singular value of the drive Jacobian (N, n_drive, n_out)
+    could vanish, by its change between the rows and their neighbours.
     """
-    if len(jacobian) < 2:
+    if len(path) < 2 or jacobian.shape[1] < jacobian.shape[2]:
         return ()
-    left, right = jacobian[:-1], jacobian[1:]
-    usable = np.isfinite(left).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
-    rows = np.flatnonzero(usable)
-    # A singular value can vanish between two samples only if the change between them is as large.
-    change = np.linalg.norm((right - left)[rows], axis=(1, 2))
-    near = np.linalg.svd(left[rows], compute_uv=False)[:, -1] <= change
-    found = []
-    for k in rows[near]:
-        t = np.linspace(0.0, 1.0, _BETWEEN + 1)[:, None, None]
-        points = (1.0 - t) * left[k] + t * right[k]
-        signs = np.linalg.det(np.swapaxes(points[:-1], 1, 2) @ points[1:])
-        if (signs <= 0.0).any():
-            found.append(int(k))
-    return tuple(found)
+    change = np.linalg.norm(np.diff(jacobian, axis=0), axis=(1, 2))
+    bend = np.zeros(len(path))
+    bend[1:-1] = np.linalg.norm(np.diff(jacobian, n=2, axis=0), axis=(1, 2))
+    usable = np.isfinite(change)
+    sigma = np.full(len(path), np.inf)
+    fine = np.isfinite(jacobian).all(axis=(1, 2))
+    sigma[fine] = np.linalg.svd(jacobian[fine], compute_uv=False)[:, -1]
+    bend = np.where(np.isfinite(bend), bend, 0.0)
+    bound = change + np.maximum(bend[:-1], bend[1:])
+    near = np.flatnonzero(usable & (np.minimum(sigma[:-1], sigma[1:]) <= bound))
+    if not len(near):
+        return ()
+    mechanism, every = path.mechanism, tuple(path.mechanism.actuators)
+    whole = np.full((len(path), len(every), jacobian.shape[2]), np.nan)
+    whole[:, [every.index(name) for name in mechanism.drive(drive)]] = jacobian
+    others = [k for k, name in enumerate(every) if name not in mechanism.drive(drive)]
+    whole[:, others] = 0.0
+    found = breakdowns(mechanism, _Polyline(path), path, whole, [drive], near)
+    return tuple(sorted({item.row for item in found if item.drive == drive}))

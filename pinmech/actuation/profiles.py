@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from pinmech.actuation.rotations import orientation_rates
 from pinmech.actuation.trajectory import _ROTATION, Derivatives
@@ -57,6 +58,13 @@ class Profile(Sealed):
     def duration(self) -> float:
         """Length of the motion [s]."""
         return float(self.time[-1] - self.time[0])
+
+    def at(self, time: Array) -> Array:
+        """Outputs (M, n) [rad or m] at times (M,) [s], by a spline through the samples."""
+        degree = min(5, len(self.time) - 1)
+        spline = make_interp_spline(self.time / self.duration, self.values, k=degree)
+        out: Array = spline(numbers(time, "time value") / self.duration)
+        return out
 
     def derivatives(self) -> Derivatives:
         """Values, rates and accelerations, as of a trajectory; here they are exact."""

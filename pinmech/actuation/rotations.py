@@ -90,6 +90,16 @@ def quaternions(values: Array) -> Array:
     return q
 
 
+def nearest_turn(values: Array, near: Array) -> Array:
+    """Canonical coordinates (N, 3) [rad] of the same rotations, by whole turns about their axis as
+    near as can be to others (N, 3)."""
+    size = np.linalg.norm(values, axis=1, keepdims=True)
+    axis = np.divide(values, size, out=np.zeros_like(values), where=size > 0.0)
+    along = (axis * near).sum(axis=1, keepdims=True)
+    out: Array = values + 2 * np.pi * np.round((along - size) / (2 * np.pi)) * axis
+    return out
+
+
 def canonical(q: Array) -> Array:
     """Canonical coordinates (..., 3) [rad], of length at most pi, of quaternions (..., 4)."""
     q = np.asarray(q, dtype=float)

@@ -16,8 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pinmech.actuation.between import Breakdown, breakdowns
 from pinmech.actuation.case import Case, LoadCase, load_case_file
-from pinmech.actuation.dynamics_path import DynamicsPath, demand_path, share_path
+from pinmech.actuation.demand import demand_path
+from pinmech.actuation.dynamics_path import DynamicsPath, share_path
 from pinmech.actuation.overflow import overflow_message
 from pinmech.actuation.sizing_rows import History, Sampling, SizingRow
 from pinmech.actuation.sizing_table import SizingTable
@@ -152,11 +154,15 @@ def size_actuators(case: Case | str | Path, progress: Progress | None = None) ->
             standing=True,
             progress=report,
         )
+        outputs = len(mechanism.outputs)
+        jacobian = demand.actuator_jacobian[:, :, :outputs]
+        broken = breakdowns(mechanism, load_case.motion, path, jacobian, case.drives)
         for drive in case.drives:
             torques = share_path(
                 mechanism, path, demand, motion.rates, drive=drive, sharing=case.sharing
             )
-            history, failure_time = _history(case, load_case, drive, path, torques)
+            first = next((b for b in broken if b.drive in (None, drive)), None)
+            history, failure_time = _history(case, load_case, drive, path, torques, first)
             found = _rows(history, failure_time)
             if not all(map(_finite, found)):
                 history, failure_time = _overflowed(history, overflow_message("torques", mechanism))
@@ -210,10 +216,15 @@ def _sampling(load_case: LoadCase) -> Sampling:
 
 
 def _history(
-    case: Case, load_case: LoadCase, drive: str, path: PosePath, torques: DynamicsPath
+    case: Case,
+    load_case: LoadCase,
+    drive: str,
+    path: PosePath,
+    torques: DynamicsPath,
+    broken: Breakdown | None,
 ) -> tuple[History, float]:
     time = load_case.motion.time
-    status, failure_time, note = first_failure(time, path, torques)
+    status, failure_time, note = first_failure(time, path, torques, broken)
     names = tuple(torques.actuators)
     history = History(
         load_case=load_case.name,
@@ -231,8 +242,11 @@ def _history(
     return history, failure_time
 
 
-def first_failure(time: Array, path: PosePath, torques: DynamicsPath) -> tuple[str, float, str]:
-    """Status, time [s] and reason of the first failure; ``ok``, NaN and an empty text if none."""
+def first_failure(
+    time: Array, path: PosePath, torques: DynamicsPath, broken: Breakdown | None = None
+) -> tuple[str, float, str]:
+    """Status, time [s] and reason of the first failure, at a sample or (``broken``) between two;
+    ``ok``, NaN and an empty text if none."""
     failed = ~(np.asarray(path.success) & np.asarray(torques.success))
     found: list[tuple[float, str, str]] = []
     if failed.any():
@@ -244,13 +258,12 @@ def first_failure(time: Array, path: PosePath, torques: DynamicsPath) -> tuple[s
         more = f" ({count} of {len(time)} samples fail)" if count > 1 else ""
         note = f"{status.replace('_', ' ')} at t = {time[k]:.6g} s{more}"
         found.append((float(time[k]), status, f"{note}: {reason}" if reason else note))
-    if len(torques.crossings):
-        k = int(min(torques.crossings))
+    if broken is not None:
         note = (
-            f"singular between t = {time[k]:.6g} s and {time[k + 1]:.6g} s: "
-            "the drive crosses a type 2 singularity"
+            f"{broken.status.replace('_', ' ')} at t = {broken.time:.6g} s, between the samples at "
+            f"{time[broken.row]:.6g} s and {time[broken.row + 1]:.6g} s: {broken.message}"
         )
-        found.append((float(time[k]), "singular", note))
+        found.append((broken.time, broken.status, note))
     if not found:
         return "ok", math.nan, ""
     at, status, note = min(found)

@@ -10,6 +10,7 @@ from collections.abc import Collection
 import numpy as np
 import pinocchio as pin
 
+from pinmech.kinematics.chains import Chain
 from pinmech.kinematics.memo import per_mechanism
 from pinmech.mechanism.closures import Loop, relative_placement
 from pinmech.mechanism.cones import JOINT_NAMES, Cone
@@ -67,21 +68,29 @@ def cone_breaches(
 
 def within_cones(mechanism: Mechanism, rows: Array) -> Array:
     """(N,) for each row of ``rows`` (N, nq): is every ball joint within its cone?"""
-    loops, data = limited_loops(mechanism), mechanism.model.createData()
-    if not loops:
-        return np.ones(len(rows), dtype=bool)
-    ends = [
-        (frame.joint, frame.placement.rotation @ axis)
-        for loop, limit in loops
-        for frame, axis in zip(loop.frames, limit.axes, strict=True)
-    ]
-    axes = np.empty((len(rows), len(ends), 3))
-    for k, q in enumerate(rows):
-        pin.forwardKinematics(mechanism.model, data, q)
-        for j, (joint, axis) in enumerate(ends):
-            axes[k, j] = data.oMi[joint].rotation @ axis
-    one, two = axes[:, ::2], axes[:, 1::2]
-    sine = np.linalg.norm(np.cross(one, two), axis=2)
-    angles = np.arctan2(sine, (one * two).sum(axis=2))
-    bounds = np.array([limit.angle for _, limit in loops])
-    return np.asarray((angles <= bounds + SLACK).all(axis=1))
+    return np.asarray((cone_margins(mechanism, rows) >= -SLACK).all(axis=1))
+
+
+def cone_margins(mechanism: Mechanism, rows: Array) -> Array:
+    """(N, n_cones) by how much each limited joint is within its cone [rad] at closed q (N, nq)."""
+    loops = limited_loops(mechanism)
+    chains: dict[int, Array] = {}
+    out = np.empty((len(rows), len(loops)))
+    for k, (loop, limit) in enumerate(loops):
+        one, two = (
+            _directions(mechanism, frame.joint, frame.placement.rotation @ axis, rows, chains)
+            for frame, axis in zip(loop.frames, limit.axes, strict=True)
+        )
+        sine = np.linalg.norm(np.cross(one, two), axis=1)
+        out[:, k] = limit.angle - np.arctan2(sine, (one * two).sum(axis=1))
+    return out
+
+
+def _directions(
+    mechanism: Mechanism, body: int, axis: Array, rows: Array, known: dict[int, Array]
+) -> Array:
+    """(N, 3) a direction of a body in base axes."""
+    if body not in known:
+        known[body] = Chain(mechanism.model, body).poses(rows)[0]
+    out: Array = known[body] @ axis
+    return out
