@@ -6,7 +6,6 @@ import json
 import re
 import subprocess
 import sys
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ from scipy.optimize import minimize_scalar
 
 import pinmech as pm
 from pinmech.cli import app as commands
-from pinmech.cli import arguments as common
 from pinmech.cli.run import run
 from pinmech.cli.values import assignments, modes, quantity
 from pinmech.errors import InputError
@@ -316,32 +314,6 @@ def test_an_interrupt_is_one_line(call, monkeypatch) -> None:
 
     monkeypatch.setattr(commands.pm, "load", interrupted)
     assert call("info", "antenna_3rsu") == (130, "", "pinmech: interrupted\n")
-
-
-@pytest.mark.parametrize("terminal", [True, False])
-def test_a_long_assembly_shows_a_bar_on_a_terminal(monkeypatch, terminal: bool) -> None:
-    """On standard error, away at the end, and only where somebody looks."""
-    shown: list[tuple[int, int, str]] = []
-
-    @contextmanager
-    def bar(to):
-        assert to.stderr
-        yield lambda *done: shown.append(done)
-        shown.append((-1, -1, "closed"))
-
-    def slow(name, *, progress):
-        for done in range(3):
-            progress(done, 3)
-        return name
-
-    monkeypatch.setattr(common, "progress_bar", bar)
-    monkeypatch.setattr(common, "_PATIENCE", 0.0)
-    monkeypatch.setattr(common.pm, "load", slow)
-    monkeypatch.setattr(common.sys.stderr, "isatty", lambda: terminal, raising=False)
-    assert common.load_mechanism("delta") == "delta"
-    label = "looking for a closed home of delta"
-    expected = [(0, 3, label), (1, 3, label), (2, 3, label), (-1, -1, "closed")]
-    assert shown == (expected if terminal else [])
 
 
 def test_values() -> None:
