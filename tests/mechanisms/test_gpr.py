@@ -116,6 +116,14 @@ def test_stroke_is_guarded() -> None:
     travel = mech.upper - mech.lower
     for k in (1, 2, 3):
         assert travel[mech.coordinate(f"q{k}")] == pytest.approx(0.508, abs=1e-12)
+    for name in ("gpr_3ps", "gpr_3ps_ideal"):  # z is the mean height of the rods: no more is of use
+        either = load(name)
+        z, rod = either.coordinate("z"), either.coordinate("q1")
+        assert (either.lower[z], either.upper[z]) == (either.lower[rod], either.upper[rod])
+    # Tilted, a rod meets its stop before z does, and it is the rod that is named.
+    refused = pm.inverse(load("gpr_3ps"), [0.6, 0.0, 0.2])
+    assert refused.status == "limit"
+    assert "joint q" in refused.message
     steep = pm.inverse(mech, [0.35, 50 * DEG, 0.0])
     assert (steep.success, steep.status) == (False, "limit")
 
