@@ -111,8 +111,7 @@ def positive_part(step: Array, power: Array) -> float:
     total = np.maximum(first, 0) + np.maximum(second, 0)
     # Across a zero the positive part is a triangle: its base is the share of the step above zero.
     spread = np.abs(first) + np.abs(second)
-    crossing = (first < 0) != (second < 0)
-    base = np.divide(total, spread, out=np.ones_like(total), where=crossing & (spread > 0))
+    base = np.divide(total, spread, out=np.zeros_like(total), where=spread > 0)
     return float(np.sum(step * base * total) / 2)
 
 
@@ -226,6 +225,8 @@ def _history(
     time = load_case.motion.time
     status, failure_time, note = first_failure(time, path, torques, broken)
     names = tuple(torques.actuators)
+    assert torques.static is not None  # the demand was asked for standing torques
+    assert torques.breakaway is not None
     history = History(
         load_case=load_case.name,
         drive=drive,
@@ -247,7 +248,7 @@ def first_failure(
 ) -> tuple[str, float, str]:
     """Status, time [s] and reason of the first failure, at a sample or (``broken``) between two;
     ``ok``, NaN and an empty text if none."""
-    failed = ~(np.asarray(path.success) & np.asarray(torques.success))
+    failed = ~np.asarray(torques.success)  # the rows that failed in the path among them
     found: list[tuple[float, str, str]] = []
     if failed.any():
         k = int(np.argmax(failed))
@@ -287,9 +288,8 @@ def _row(history: History, k: int, failure_time: float) -> SizingRow:
     if not row.ok:
         return row
     numbers = reduce_history(history.time, history.torques[:, k], history.speeds[:, k])._asdict()
-    if history.static is not None and history.breakaway is not None:
-        numbers["holding"] = float(np.abs(history.static[:, k]).max())
-        numbers["breakaway"] = float(history.breakaway[:, k].max())
+    numbers["holding"] = float(np.abs(history.static[:, k]).max())
+    numbers["breakaway"] = float(history.breakaway[:, k].max())
     return replace(row, **numbers)
 
 

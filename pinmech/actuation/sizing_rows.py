@@ -77,10 +77,10 @@ class History:
         torques: (N, n_drive) [N·m or N]; NaN where the motion failed. Where the motion starts
             from rest or comes to rest, with the friction of that motion.
         speeds: (N, n_drive) [rad/s or m/s]; NaN where the motion failed.
-        status, note: as in the rows.
         static: (N, n_drive) torques that hold each pose still without friction [N·m or N]; NaN
             where the drive is singular.
         breakaway: (N, n_drive) largest absolute torque that starts a motion at each pose, likewise.
+        status, note: as in the rows.
     """
 
     load_case: str
@@ -90,10 +90,10 @@ class History:
     time: Array
     torques: Array
     speeds: Array
+    static: Array
+    breakaway: Array
     status: str = "ok"
     note: str = ""
-    static: Array | None = None
-    breakaway: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ def history(name: str, load_case: str) -> History:
 
 def first(name: str, load_case: str) -> Array:
     """Torques that hold the first pose without the help of friction."""
-    return np.asarray(history(name, load_case).static[0])  # type: ignore[index]
+    return np.asarray(history(name, load_case).static[0])
 
 
 # ---------------------------------------------------------------------------- all of them

@@ -13,6 +13,7 @@ from kinematics.test_published import locus
 from oracles import antenna as oracle
 
 import pinmech as pm
+from pinmech.actuation.dynamics import unbalanced_message
 from pinmech.errors import InputError, SingularError, UnknownNameError
 
 T1 = oracle.TABLE1
@@ -370,6 +371,20 @@ def test_drive_12_is_refused_on_its_locus_and_the_others_are_not(antenna: pm.Mec
     for drive in ("13", "23", "123"):
         r = pm.inverse_dynamics(state, (0, 0), (0, 0), drive=drive)
         assert np.abs(arrays(antenna, r, drive)).max() < 100
+
+
+def test_the_message_leaves_out_what_is_rounding_beside_the_rest(antenna: pm.Mechanism) -> None:
+    """Relative to the largest part, be that large or small."""
+    for left, shown in (
+        ([1e-3, 1e-8], "0.001 N·m in alpha, 1e-08 N·m in beta"),
+        ([1e3, 1e-7], "1000 N·m in alpha"),
+        (
+            [0.0, -2.0, 0.5],
+            "-2 N·m in beta, 0.5 N·m in a motion that is possible to first order only",
+        ),
+    ):
+        message = unbalanced_message(antenna, ("arm1", "arm2"), np.array(left))
+        assert message.endswith(f"cannot produce this motion; unbalanced: {shown}")
 
 
 def test_a_motion_that_needs_nothing_there_is_not_refused(antenna: pm.Mechanism) -> None:

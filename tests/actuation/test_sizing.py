@@ -285,6 +285,8 @@ def test_progress_counts_up_to_the_end(antenna) -> None:
     done = [call[0] for call in calls]
     assert done == sorted(done)
     assert calls[-1][:2] == (4 * 401, 4 * 401)
+    assert calls[0][0] == 0
+    assert {call[1] for call in calls} == {4 * 401}
     assert {label for _, _, label in calls} == {
         "a: poses", "a: forces", "b: poses", "b: forces"
     }  # fmt: skip
