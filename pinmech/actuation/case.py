@@ -166,7 +166,7 @@ def find_case(name_or_path: str | Path) -> Path:
         return path
     if str(name_or_path) in cases():
         return _folder() / f"{name_or_path}.yaml"
-    if is_folder(path):
+    if str(name_or_path) and is_folder(path):
         raise InputError(f"{str(path)!r} is a folder; name the case file in it")
     raise UnknownNameError("case", str(name_or_path), cases())
 

@@ -6,7 +6,7 @@ Columns are defined once, in :data:`COLUMNS`; every writer and the terminal tabl
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -207,13 +207,17 @@ def headings(rows: Sequence[SizingRow]) -> list[str]:
     ]
 
 
-def cells(row: SizingRow, rows: Sequence[SizingRow]) -> list[str]:
+def cells(
+    row: SizingRow, rows: Sequence[SizingRow], written: Callable[[str], str] = str
+) -> list[str]:
     """A row of ``rows`` as texts, in the order of :func:`headings`. Where there are actuators of
-    both kinds, each has the unit of its torque beside its name."""
-    actuator = row.actuator
+    both kinds, each has the unit of its torque beside its name. ``written`` makes of a name what
+    is to stand for it, e.g. with what Markdown needs."""
+    actuator = written(row.actuator)
     if len({other.linear for other in rows}) > 1:
         actuator += " [N]" if row.linear else " [N·m]"
-    return [row.load_case, row.drive, actuator, *(column.text(row) for column in COLUMNS)]
+    names = written(row.load_case), written(row.drive), actuator
+    return [*names, *(column.text(row) for column in COLUMNS)]
 
 
 def notes(rows: Sequence[SizingRow]) -> list[str]:

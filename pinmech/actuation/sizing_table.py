@@ -141,7 +141,7 @@ class SizingTable:
         for heading, rows, text in self._parts():
             lines += [f"## {markdown(heading)}", ""]
             lines += [_md_row(headings(rows)), _md_row(["---"] * 3 + ["---:"] * len(COLUMNS))]
-            lines += [_md_row(map(markdown, cells(row, rows))) for row in rows]
+            lines += [_md_row(cells(row, rows, markdown)) for row in rows]
             lines += ["", *([text, ""] if text else [])]
             problems = notes(rows) if rows is self.rows else []
             lines += [

@@ -116,7 +116,7 @@ def _find(arm: str | Path) -> Path | None:
     known = arms()
     if str(arm) in known:
         return known[str(arm)]
-    if is_folder(path):
+    if str(arm) and is_folder(path):
         raise InputError(f"{str(path)!r} is a folder; name the URDF file in it")
     raise UnknownNameError("arm (a URDF file, URDF text or a known arm)", str(arm), known)
 
