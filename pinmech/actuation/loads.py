@@ -44,7 +44,7 @@ class Payload:
     inertia: Sequence[Sequence[float]] = ((0.0,) * 3,) * 3
 
     def __post_init__(self) -> None:
-        mass = number(self.mass, "payload mass")
+        mass = _tuple([number(self.mass, "payload mass")], (1,), "payload mass")[0]
         object.__setattr__(self, "mass", mass)
         if mass < 0:
             raise InputError(f"payload mass must be at least 0 kg, is {self.mass!r}")

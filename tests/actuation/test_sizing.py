@@ -237,9 +237,9 @@ def test_a_singularity_between_samples_and_at_one_is_told_instead_of_a_number(an
     ]
     for row in bad:
         assert row.status == "singular"
-        assert row.failure_time <= crossing + 0.05
-        assert crossing - 0.42 < row.failure_time
-        assert f"singular between t = {row.failure_time:.6g} s" in row.note
+        # Where the drive loses its rank, to the digits of the interpolation here.
+        assert row.failure_time == pytest.approx(crossing, abs=0.02)
+        assert f"singular at t = {row.failure_time:.6g} s, between the samples" in row.note
         assert all(
             math.isnan(getattr(row, key))
             for key in ("peak_torque", "rms_torque", "peak_speed", "positive_work", "peak_time")

@@ -243,7 +243,8 @@ def test_half_a_surrogate_is_written(tmp_path: Path) -> None:
 
 
 def test_nothing_in_the_package_writes_in_place() -> None:
-    """No other file of the package or of the scripts that write committed files opens to write."""
+    """No other file of the package or of the scripts that write committed files opens to write; the
+    mutation run does, into a copy of the tree."""
     writing = re.compile(
         r"\.write_(?:text|bytes)\(|open\([^)]*[\"'][wxa]b?\+?[\"']|savefig\((?!picture)"
     )
@@ -252,7 +253,7 @@ def test_nothing_in_the_package_writes_in_place() -> None:
         f"{path.relative_to(ROOT)}: {line.strip()}"
         for path in checked
         for line in path.read_text(encoding="utf-8").splitlines()
-        if writing.search(line) and path.name != "atomic.py"
+        if writing.search(line) and path.name not in ("atomic.py", "mutate.py")
     ]
     assert found == []
     assert len(checked) > 100

@@ -154,7 +154,7 @@ def test_breaches_are_named_and_the_slack_is_that_of_joints(real: pm.Mechanism) 
     texts = limit_breaches(real, np.array(state.q))
     assert f"ball joint {name} at {angle / DEG:.3g} deg (limit 30 deg)" in texts
     for beyond, fine in ((-1e-7, False), (0.0, True), (1e-7, True)):
-        at = pm.designs.antenna_3rsu(ball_joint_cone=angle + beyond)
+        at = pm.designs.antenna_3rsu(**{**SET, "ball_joint_cone": angle + beyond})
         assert (limit_breaches(at, np.array(state.q)) == []) == fine
         assert bool(cones.within_cones(at, np.array([state.q]))[0]) == fine
 

@@ -114,4 +114,6 @@ def test_the_whole_of_a_shipped_set_differs() -> None:
     mechs = [pm.load(name) for name in pm.mechanisms()]
     for k, one in enumerate(mechs):
         for j, two in enumerate(mechs):
-            assert same_geometry(one, two) == (k == j), (one.name, two.name)
+            # Cones of ball joints are limits, not geometry.
+            twins = {one.name, two.name} == {"antenna_3rsu", "antenna_3rsu_cones"}
+            assert same_geometry(one, two) == (k == j or twins), (one.name, two.name)
