@@ -156,14 +156,16 @@ class _Examination:
         # Where the middle or the end fails: narrow down where it starts to.
         before, after = halves[0][~self.ok[m]], halves[1][self.ok[m] & ~self.ok[b]]
         closer = [before, after] if depth < _LOCATE else []
-        curved = self._curved(a, m, b)
+        curved, still = self._curved(a, m, b)
         loose = self._unclear(self.margins, a, m, b).any(axis=1)
         singular = self._unclear(self.sigmas, a, m, b) | self._reversed(a, m) | self._reversed(m, b)
         if depth == _DEPTH:
-            for r, k in zip(*np.nonzero(singular & whole[:, None]), strict=True):
+            moving = whole & ~still
+            for r, k in zip(*np.nonzero(singular & moving[:, None]), strict=True):
                 found.append(self._crossing(int(row[r]), int(m[r]), self.drives[k]))
             return found, np.zeros((0, 3), dtype=int)
-        more = whole & (curved | loose | singular.any(axis=1))
+        # Where nothing moves, the samples have said it all.
+        more = whole & ~still & (curved | loose | singular.any(axis=1))
         return found, np.vstack([*closer, halves[0][more], halves[1][more]])
 
     def _solve(self, time: Array, near: Array) -> Array:
@@ -268,8 +270,9 @@ class _Examination:
                 out[fine, k] = sign <= 0.0
         return out
 
-    def _curved(self, a: Array, m: Array, b: Array) -> Array:
-        """(pieces,) True where the motion between a and b is no parabola."""
+    def _curved(self, a: Array, m: Array, b: Array) -> tuple[Array, Array]:
+        """(pieces,) True where the motion between a and b is no parabola, and where there is none
+        at all."""
         t0, t2 = self.time[a], self.time[b]
         times = t0[:, None] + (t2 - t0)[:, None] * np.linspace(0.0, 1.0, 9)
         x = self._smooth(self.motion.at(times.ravel()).reshape(len(a), 9, -1))
@@ -278,7 +281,7 @@ class _Examination:
         parabola = middle + 0.5 * s * (last - first) + s**2 * (0.5 * (first + last) - middle)
         off = np.abs(x - parabola).max(axis=(1, 2))
         length = np.abs(np.diff(x, axis=1)).sum(axis=1).max(axis=1)
-        return np.asarray(off > _CURVED * length + _POINT)
+        return np.asarray(off > _CURVED * length + _POINT), np.asarray(length == 0.0)
 
     def _smooth(self, x: Array) -> Array:
         """Outputs (pieces, 9, n) without jumps, dimensionless: rotations as quaternions."""

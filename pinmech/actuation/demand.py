@@ -16,7 +16,12 @@ from pinmech.errors import InputError, SingularError
 from pinmech.kinematics.arguments import LARGEST, asked, sensible
 from pinmech.kinematics.firstorder import loose_freedoms
 from pinmech.kinematics.rates import check_rates
-from pinmech.kinematics.rows import check_rows_closed
+from pinmech.kinematics.rows import (
+    check_rows_closed,
+    check_rows_finite,
+    largest_opening,
+    only_points,
+)
 from pinmech.kinematics.solution import Path
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.numeric import shown
@@ -76,7 +81,6 @@ def demand_path(
             f"the path belongs to another mechanism, {path.mechanism.name}: its geometry (joints, "
             f"placements, loops) is not that of this {mechanism.name}; solve the path for this one"
         )
-    check_rows_closed(mechanism, path.q, path.success, "path")
     # Masses and friction of this one, in all that follows.
     path = replace(path, mechanism=mechanism)
     count = len(path)
@@ -93,6 +97,13 @@ def demand_path(
     with mechanism.scratch() as system:
         square = system.rows == nv - outputs and mechanism.outputs.kind == "joints"
         lean = Lean(mechanism, system, loads, standing=standing) if square and not loose else None
+        # The lean solver evaluates the residual anyway: then closure is proved row by row there.
+        proved_there = lean is not None and only_points(mechanism)
+        largest = largest_opening(mechanism)
+        if proved_there:
+            check_rows_finite(path.q, path.success, "path")
+        else:
+            check_rows_closed(mechanism, path.q, path.success, "path")
         for k in range(count):
             if progress is not None and k % 256 == 0:
                 progress(k, count)
@@ -106,6 +117,8 @@ def demand_path(
                 )
                 continue
             if lean is not None and lean.solve(path.q[k], rate[k], acceleration[k]):
+                if proved_there and not lean.opening <= largest:
+                    check_rows_closed(mechanism, path.q, np.arange(count) == k, "path")
                 motion[k], velocity[k], required[k] = lean.motion, lean.velocity, lean.required
                 still[k] = lean.still
                 continue

@@ -25,6 +25,7 @@ class Lean:
         velocity: (nv,) joint velocity [rad/s, m/s].
         required: (nv,) joint forces without friction [N·m or N].
         still: (nv,) the same standing still; 0 unless asked for.
+        opening: square of the closure residual [m²].
     """
 
     def __init__(
@@ -40,12 +41,13 @@ class Lean:
         self.motion = np.zeros((mechanism.model.nv, len(self._held)))
         self.motion[self._held] = np.eye(len(self._held))
         self.velocity = self.required = self.still = np.zeros(mechanism.model.nv)
-        self._standing = standing
+        self._standing, self.opening = standing, 0.0
 
     def solve(self, q: Array, rate: Array, acceleration: Array) -> bool:
         """Fill the attributes; False at a type 1 singularity."""
         system, motion, free = self.system, self.motion, self._free
-        system.evaluate(q)
+        residual = system.evaluate(q)
+        self.opening = float(residual.dot(residual))
         k = system.jacobian()
         # Not dgetrf and dgetrs: OpenBLAS starts threads in dgetrs for more than one right side,
         # which costs a thousand times the solve on a busy machine.

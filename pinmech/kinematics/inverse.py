@@ -119,24 +119,54 @@ class InverseSolver:
     def _at_once(self, target: Array, start: Array) -> Solution | None:
         """Newton from the start, if it arrives in the right mode within the limits."""
         mechanism, system = self.mechanism, self.system
+        if self.square and (answer := self._quickly(target, start)) is not None:
+            return answer
         q = start.copy()
         q[self.held] = target if self.joints else q[self.held]
-        if self.square:
-            quick = _quick(mechanism, system)
-            quick.signs = self.signs
-            if start is mechanism.home.q:
-                quick.predict_from_home(q, target - start[self.held])
-            # Within its limits no passive joint has flipped through its lock.
-            if quick.solve(q) and not limit_breaches(mechanism, q, cones=self.limits):
-                self._count = quick.iterations
-                return self._finish(q, quick=True)
-            q = start.copy()
-            q[self.held] = target
+        if self.joints and self._out_of_reach(q):
+            return None
         run = newton(self._problem(target), system, q)
-        self._count = run.iterations
+        self._count += run.iterations
         if not run.converged or close(mechanism, q, system.data)[0] is None:
             return None
         return self._finish(q) if self._accept(q, start) else None
+
+    def _out_of_reach(self, q: Array) -> bool:
+        """True when some limb's equation has no root with the outputs of q."""
+        pin.forwardKinematics(self.mechanism.model, self.system.data, q)
+        poses = poses_at(self.system.data)
+        for equation in self.labels.equations:
+            # One that rests on another's root must wait for it.
+            if self.labels.stands_alone(equation):
+                terms = equation.expand(q[None], poses)
+                if float(equation.shortfall(terms)[0]) > HOLDS:
+                    return True
+        return False
+
+    def _quickly(self, target: Array, start: Array) -> Solution | None:
+        """The lean Newton from the start; in the mode of home also from home, which is in the
+        middle of what is reached, while the start may be anywhere."""
+        mechanism = self.mechanism
+        quick = _quick(mechanism, self.system)
+        quick.signs = self.signs
+        home = mechanism.home.q
+        bases = [start]
+        if start is not home and (self.signs == self.labels.home).all():
+            bases.append(home)
+        for base in bases:
+            q = base.copy()
+            q[self.held] = target
+            if base is home:
+                quick.predict_from_home(q, target - home[self.held])
+            if not quick.solve(q):
+                continue
+            self._count += quick.iterations
+            if base is not start:
+                wrap_towards(mechanism, q, start, self.free)
+            # Within its limits no passive joint has flipped through its lock.
+            if not limit_breaches(mechanism, q, cones=self.limits):
+                return self._finish(q, quick=True)
+        return None
 
     def _by_line(self, target: Array, start: Array) -> Solution:
         """Continuation from the start, without ever changing the branch."""

@@ -81,6 +81,11 @@ class Labels:
         chosen = driven or found
         return chosen[0] if len(chosen) == 1 else None
 
+    def stands_alone(self, equation: LimbEquation) -> bool:
+        """True when an equation rests on nothing that another labelled coordinate places."""
+        moved = {other.moved for other in self.equations} - {0}
+        return not moved & equation.rests_on
+
     @property
     def coordinates(self) -> Array:
         """(n_equations,) indices of the labelled coordinates."""

@@ -7,6 +7,7 @@ where they are and from random values.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice, product
@@ -316,7 +317,7 @@ class LimbSolver:
         # With the labelled joint as near as it gets, few starts are enough.
         count = 2 if self._equations else _MINIMA
         tried = starts(self.mechanism, block.free, guess[block.free], _MINIMA, limits=None)
-        best, closest = np.inf, guess
+        best, closest, expected = np.inf, guess, self._expected(guess)
         for values in tried[:count]:
             trial = guess.copy()
             trial[block.free] = values
@@ -324,7 +325,7 @@ class LimbSolver:
             self.iterations += 1
             if left < best:
                 best, closest = left, trial
-            if left <= 1e-9:
+            if left <= 1e-9 or (expected and abs(left / expected - 1.0) < _ALIKE):
                 break
         short = nearest(problem, self.system, closest) * problem.length if best > 1e-9 else 0.0
         if short > 1e-9 * problem.length:
@@ -336,6 +337,18 @@ class LimbSolver:
             return self._fail("unreachable", f"limb {block.limb} {message}")
         return self._fail("not_converged", f"limb {block.limb} was not found in this mode")
 
+    def _expected(self, guess: Array) -> float:
+        """How far the limb is from closing (scaled) if it is a rod that is too short or too long, 0
+        if it is something else; ``guess`` has its labelled joint as near as it gets."""
+        if len(self._equations) != 1:
+            return 0.0
+        equation = self._equations[0][0]
+        if equation.feature.kind != "distance" or equation.axis is None:
+            return 0.0
+        self.system.evaluate(guess)
+        square = float(equation.feature.value(self._poses())[0])
+        return abs(math.sqrt(square) - math.sqrt(equation.constant[2])) / self.mechanism.length
+
     def _ok(self, values: Array) -> LimbAnswer:
         return LimbAnswer("ok", "", values, self.iterations)
 
@@ -344,6 +357,8 @@ class LimbSolver:
 
 
 _ELSEWHERE = "reaches this pose only in another working mode"
+#: Relative difference at which a shortfall is the one that the equation says.
+_ALIKE = 1e-2
 #: Starts that are enough to see whether another mode closes.
 _FEW = 3
 #: Agreement of a configuration in which an equation does not hold.

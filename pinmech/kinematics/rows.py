@@ -26,13 +26,8 @@ def check_rows_closed(mechanism: Mechanism, q: Array, rows: Array, what: str) ->
         InputError: a loop is open in one of them, or an axis points the wrong way; names the row,
             the loop and the gap.
     """
-    finite = np.isfinite(q).all(axis=1)
-    strange = np.flatnonzero(rows & ~finite)
-    if len(strange):
-        raise InputError(f"{what}: row {strange[0]} is marked as solved, but its q is not finite")
-    limit = (VERIFIED * mechanism.length) ** 2
-    # Two points that coincide have no sense that a residual could miss; all else has, or may.
-    points = all(loop.type == "spherical" for loop in mechanism.loops.values())
+    check_rows_finite(q, rows, what)
+    limit, points = largest_opening(mechanism), only_points(mechanism)
     with mechanism.scratch() as system:
         evaluate = system.evaluate
         for k in np.flatnonzero(rows).tolist():
@@ -45,3 +40,21 @@ def check_rows_closed(mechanism: Mechanism, q: Array, rows: Array, what: str) ->
                     f"{what}: {wrong} in row {k}, so its q is not what inverse_path or "
                     "forward_path gave; solve the path again"
                 )
+
+
+def check_rows_finite(q: Array, rows: Array, what: str) -> None:
+    """Raise InputError where a row that counts is not finite; arguments as above."""
+    strange = np.flatnonzero(rows & ~np.isfinite(q).all(axis=1))
+    if len(strange):
+        raise InputError(f"{what}: row {strange[0]} is marked as solved, but its q is not finite")
+
+
+def largest_opening(mechanism: Mechanism) -> float:
+    """Square of the closure residual up to which a row counts as closed [m²]."""
+    return float((VERIFIED * mechanism.length) ** 2)
+
+
+def only_points(mechanism: Mechanism) -> bool:
+    """True when the residual alone proves closure: two points that coincide have no sense that it
+    could miss; all other closures have, or may."""
+    return all(loop.type == "spherical" for loop in mechanism.loops.values())
