@@ -157,6 +157,7 @@ class _Examination:
         before, after = halves[0][~self.ok[m]], halves[1][self.ok[m] & ~self.ok[b]]
         closer = [before, after] if depth < _LOCATE else []
         curved, still = self._curved(a, m, b)
+        still &= depth == 0  # halves of a motion are as short as one likes
         loose = self._unclear(self.margins, a, m, b).any(axis=1)
         singular = self._unclear(self.sigmas, a, m, b) | self._reversed(a, m) | self._reversed(m, b)
         if depth == _DEPTH:
@@ -281,7 +282,7 @@ class _Examination:
         parabola = middle + 0.5 * s * (last - first) + s**2 * (0.5 * (first + last) - middle)
         off = np.abs(x - parabola).max(axis=(1, 2))
         length = np.abs(np.diff(x, axis=1)).sum(axis=1).max(axis=1)
-        return np.asarray(off > _CURVED * length + _POINT), np.asarray(length == 0.0)
+        return np.asarray(off > _CURVED * length + _POINT), np.asarray(length <= _POINT)
 
     def _smooth(self, x: Array) -> Array:
         """Outputs (pieces, 9, n) without jumps, dimensionless: rotations as quaternions."""
