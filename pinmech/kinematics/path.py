@@ -189,12 +189,13 @@ class _Runner:
             if answer.status == "singular" and last is not regular:
                 # The last row is itself where branches meet: go on from the one before.
                 answer = careful(targets[k], regular)
-            self.residual[k], self.iterations[k] = answer.residual, answer.iterations
+            self.iterations[k] = answer.iterations
             if answer.state is None:
                 self._fail(k, answer.status, answer.message)
                 streak = 0
             else:
                 last = self.q[k] = answer.state.q
+                self.residual[k] = self._gap(last)
                 regular = last if answer.message == CONVERGED else regular
                 self.success[k] = True
                 streak += 1
@@ -264,6 +265,12 @@ class _Runner:
         count = int(bad[0]) if len(bad) else len(diagonals)
         self.success[part.start : part.start + count] = True
         return count
+
+    def _gap(self, q: Array) -> float:
+        """Scaled residual of one row, as the lean solver has it."""
+        with self.mechanism.scratch() as system:
+            residual = system.evaluate(q)
+            return math.sqrt(residual.dot(residual)) / self.mechanism.length
 
     def _fail(self, row: int, status: str, message: str) -> None:
         self.status[row], self.messages[row] = status, message

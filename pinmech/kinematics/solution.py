@@ -50,8 +50,8 @@ class Solution:
             ``singular`` (the way there meets a singularity), ``inconsistent`` (more
             actuators given than needed, and they contradict each other), ``not_converged``.
         message: the reason, for a person.
-        residual: largest loop gap over the characteristic length (dimensionless) at the end,
-            recomputed from the raw poses when the solve succeeded.
+        residual: largest loop gap over the characteristic length (dimensionless), recomputed from
+            the raw poses; NaN when the solve failed.
         iterations: linear systems solved.
         state: the closed state, None when the solve failed.
     """
@@ -85,7 +85,8 @@ class Path(Sealed):
         q: (N, nq) joint values [rad or m].
         actuators: (N, n_act) actuator values [rad or m].
         outputs: (N, n_out) output values [rad or m].
-        residual: (N,) scaled residual (2-norm of the closure rows over the characteristic length).
+        residual: (N,) scaled residual (2-norm of the closure rows over the characteristic length);
+            NaN where the row failed.
         iterations: (N,) linear systems solved.
         messages: row -> reason, for the rows that failed.
 
