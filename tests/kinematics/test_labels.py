@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
 
@@ -197,7 +198,7 @@ def test_eight_modes_of_the_wrist_at_one_orientation() -> None:
     assert "crank1" in refused.message
 
 
-# --------------------------------------------------------------------------- everything small
+# ----------------------------------------------------------------- shipped, and everything small
 
 
 def closed_states(mech: pm.Mechanism, x: Array, count: int, seed: int) -> list[pm.ClosedState]:
@@ -215,6 +216,28 @@ def closed_states(mech: pm.Mechanism, x: Array, count: int, seed: int) -> list[p
                 if state is not None:
                     found.append(pm.verify_closed(mech, q))
     return found
+
+
+@pytest.mark.parametrize("name", [n for n in pm.mechanisms() if n != "spherical_3paur"])
+@pytest.mark.parametrize("limits", [True, False])
+def test_each_limb_and_sign_of_what_is_shipped(name: str, limits: bool) -> None:
+    """A mode is reached, or brute force finds no closed state of that mode either."""
+    mech = pm.load(name) if limits else free(name)
+    x = np.array(list(mech.home.outputs.values()))
+    x = x + 0.07 * np.arange(1, len(x) + 1) * (mech.outputs.kind == "joints") * (name[:3] != "gpr")
+    found = [dict(state.mode) for state in closed_states(mech, x, 60, 7)]
+    for limb in mech.limbs:
+        for sign in (1, -1):
+            if labels(mech).of(limb) is None:
+                with pytest.raises(InputError) if sign == -1 else contextlib.nullcontext():
+                    pm.inverse(mech, x, mode={limb: sign} if sign == -1 else None)
+                continue
+            solution = pm.inverse(mech, x, mode={limb: sign}, limits=False)
+            if solution.success:
+                assert solution.unwrap().mode[limb] == sign
+            else:
+                wanted = {**mech.home.mode, limb: sign}
+                assert wanted not in found, (limb, sign, solution.message)
 
 
 @pytest.mark.parametrize("name", [name for name, build in GOOD.items() if build().mobility])
