@@ -220,15 +220,19 @@ class LimbSolver:
             self._equations = wanted
         return False
 
-    def _poses(self) -> Poses:
-        """Poses of the bodies, with the platform where it shall be."""
-        plain = poses_at(self.system.data)
+    def _poses(self, equation: LimbEquation) -> Poses:
+        """Poses of the bodies, with the platform where it shall be, and with it the body that the
+        equation's joint hangs on the platform."""
+        data, plain = self.system.data, poses_at(self.system.data)
         if self.pose is None:
             return plain
         frame = self.mechanism.platform_frame
         place: pin.SE3 = self.pose.target * frame.placement.inverse()
-        kept = place.rotation[None], place.translation[None]
-        return lambda body: kept if body == frame.joint else plain(body)
+        kept = {frame.joint: (place.rotation[None], place.translation[None])}
+        if equation.sense < 0.0:
+            hung = place * data.oMi[frame.joint].actInv(data.oMi[equation.moved])
+            kept[equation.moved] = hung.rotation[None], hung.translation[None]
+        return lambda body: kept[body] if body in kept else plain(body)
 
     def _rooted(self, q: Array) -> tuple[Array, bool]:
         """q with the labelled coordinates at their roots, and whether one of them has none of the
@@ -240,7 +244,7 @@ class LimbSolver:
         out = q.copy()
         for equation, sign in self._equations:
             self.system.evaluate(out)
-            terms = equation.expand(out[None], self._poses())
+            terms = equation.expand(out[None], self._poses(equation))
             if undetermined(terms):
                 raise _UndeterminedError(
                     f"type 1 singularity of limb {self.block.limb}: the outputs do not determine "
@@ -346,7 +350,7 @@ class LimbSolver:
         if equation.feature.kind != "distance" or equation.axis is None:
             return 0.0
         self.system.evaluate(guess)
-        square = float(equation.feature.value(self._poses())[0])
+        square = float(equation.feature.value(self._poses(equation))[0])
         return abs(math.sqrt(square) - math.sqrt(equation.constant[2])) / self.mechanism.length
 
     def _ok(self, values: Array) -> LimbAnswer:

@@ -152,3 +152,36 @@ def without_limits(mechanism: pm.Mechanism) -> pm.Mechanism:
     urdf = re.sub(r'(<limit[^>]*?)\s+upper="[^"]*"', r"\1", urdf)
     assert mechanism.path is not None
     return pm.from_text(mechanism.path.read_text(), urdf)
+
+
+def driven_at_the_platform() -> tuple[pm.Mechanism, Array, Array, Array]:
+    """Five UPS legs and one whose motor sits on the platform: ball at the base, rod, universal
+    joint, crank, revolute joint to the platform. The tree reaches the platform through that leg.
+
+    Returns:
+        The mechanism; foot, crank tip and crank pivot of that leg at home [m], base axes. The
+        motor's axis is y.
+    """
+    tree = Tree("driven_above")
+    foot, tip, pivot = (
+        np.array([0.3, 0.0, 0.0]),
+        np.array([0.3, 0.0, 0.42]),
+        np.array([0.16, 0, 0.4]),
+    )
+    rod = tree.ball("foot", "base", "rod", foot)
+    cross = tree.joint("u1", "revolute", rod, "cross", tip, X)
+    crank = tree.joint("u2", "revolute", cross, "crank", tip, Y)
+    tree.joint("motor", "revolute", crank, "platform", pivot, Y)
+    feet = [polar(0.3, a) for a in (60, 110, 170, 230, 300)]
+    heads = [polar(0.16, a, 0.4) for a in (100, 80, 210, 190, 330)]
+    names = ["motor"]
+    for k, (low, high) in enumerate(zip(feet, heads, strict=True), start=1):
+        along = (high - low) / np.linalg.norm(high - low)
+        side = np.cross(along, X) / np.linalg.norm(np.cross(along, X))
+        link = tree.joint(f"a{k}", "revolute", "base", f"a{k}", low, side)
+        link = tree.joint(f"b{k}", "revolute", link, f"tube{k}", low, np.cross(along, side))
+        link = tree.joint(f"leg{k}", "prismatic", link, f"ram{k}", low, along)
+        tree.close(f"head{k}", "spherical", link, "platform", high)
+        names.append(f"leg{k}")
+    outputs = "{kind: pose, names: [x, y, z, a, b, c]}"
+    return tree.mechanism("platform", names, outputs), foot, tip, pivot

@@ -20,7 +20,7 @@ from pinmech.kinematics.limbequation import poses_at
 from pinmech.kinematics.solver import Problem, newton
 from pinmech.kinematics.state import close
 
-from .families import BUILDERS, Family, without_limits
+from .families import BUILDERS, Crank, Family, driven_at_the_platform, without_limits
 from .sampling import ARMS, DIMENSIONS, angles, asked, cranks, reachable, transmission
 
 Array = np.ndarray
@@ -335,3 +335,31 @@ def test_home_slopes_are_what_is_read_there() -> None:
     lean, holds = LabelReader(mech).read(mech.home.q[None])
     np.testing.assert_allclose(lean[0], found, atol=1e-12)
     assert holds.all()
+
+
+def test_a_motor_on_the_platform_of_the_leg_that_carries_it() -> None:
+    """Its crank hangs on the platform, whose pose is an output: both elbows, by the closed form."""
+    mech, foot, tip, pivot = driven_at_the_platform()
+    rng, origin = np.random.default_rng(61), np.array(mech.home.platform.translation)
+    rod, found = float(np.linalg.norm(tip - foot)), 0
+    for _ in range(25):
+        pose = pin.SE3(pin.exp3(0.2 * rng.normal(size=3)), origin + 0.03 * rng.normal(size=3))
+        x = np.concatenate([pose.translation, pin.log3(pose.rotation)])
+        # Seen from the platform: the foot moves, and the crank turns by -θ about y.
+        w = pose.actInv(foot) + origin - pivot
+        u = tip - pivot
+        crank = Crank(
+            "motor", np.zeros(3), u, u + np.array([0, 0, -rod]), np.array([0.0, -1.0, 0.0])
+        )
+        for mode in (1, -1):
+            expected = crank.angle(w, mode)
+            solution = pm.inverse(mech, x, mode={"motor": mode}, limits=False)
+            assert solution.success == np.isfinite(expected), solution.message
+            if solution.success:
+                state = solution.unwrap()
+                assert oracle.wrap(state.actuators["motor"] - expected) == pytest.approx(
+                    0, abs=1e-8
+                )
+                assert state.mode["motor"] == mode
+                found += 1
+    assert found > 30
