@@ -228,6 +228,7 @@ table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; margin: 
 th {{ text-align: left; vertical-align: bottom; border-bottom: 2px solid #444; }}
 th, td {{ padding: 0.25em 0.7em; }}
 td:nth-child(n+4), th:nth-child(n+4) {{ text-align: right; }}
+td:nth-child(n+4) {{ white-space: nowrap; }}
 tr.first td {{ border-top: 1px solid #ccc; }}
 tr.failed td {{ color: #a40000; }}
 img {{ max-width: 100%; }}
