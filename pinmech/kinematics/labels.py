@@ -270,28 +270,59 @@ def fixes_platform(mechanism: Mechanism) -> bool:
     that they leave out never changes (the centre of a wrist, the attitude of a Delta)."""
     if mechanism.outputs.kind in ("joints", "pose"):
         return mechanism.outputs.kind == "pose" or holds_platform(mechanism)
-    found, frame = samples(mechanism), mechanism.platform_frame
-    rotation, position = Chain(mechanism.model, frame.joint).poses(found.q)
     if mechanism.outputs.kind == "orientation":
-        place = point((rotation, position), frame.origin) / mechanism.length
-        off = np.abs(place - place[0]).max(axis=1)
-    else:
-        off = np.abs(rotation - rotation[0]).max(axis=(1, 2))
-    return bool(off[found.near].max() < HOLDS and (off < HOLDS).mean() > 0.5)
+        return still_point(mechanism) is not None
+    found, frame = samples(mechanism), mechanism.platform_frame
+    rotation, _ = Chain(mechanism.model, frame.joint).poses(found.q)
+    off = np.abs(rotation - rotation[0]).max(axis=(1, 2))
+    return _stays(off, found.near)
+
+
+@per_mechanism
+def still_point(mechanism: Mechanism) -> tuple[Array, Array] | None:
+    """The point about which an orientation mechanism turns, in platform axes from the platform
+    frame's origin and in base axes from the base (3,) each [m]; None when there is no such point.
+
+    It need not be the frame's origin: the platform of a spherical linkage is drawn where its
+    joints are, and turns about the point where their axes meet.
+    """
+    found, frame = samples(mechanism), mechanism.platform_frame
+    pose = Chain(mechanism.model, frame.joint).poses(found.q)
+    turn, place = pose[0] @ frame.placement.rotation, point(pose, frame.origin)
+    # R p + t = c for all: linear in (p, c). Where platforms turn about one axis only, the point
+    # nearest to the origin of the frame serves as well as any other of the axis.
+    near, length = found.near, mechanism.length
+    each = np.broadcast_to(-np.eye(3), turn.shape)
+    rows = np.concatenate([turn, each], axis=2)[near].reshape(-1, 6)
+    right = -place[near].reshape(-1) / length
+    both = length * np.linalg.lstsq(rows, right, rcond=1e-6)[0]
+    pivot, centre = both[:3], both[3:]
+    if np.abs(place - place[0]).max() < HOLDS * length:
+        pivot, centre = np.zeros(3), place[0]
+    off = np.abs(turn @ pivot + place - centre).max(axis=1) / length
+    return (pivot, centre) if _stays(off, near) else None
+
+
+def _stays(off: Array, near: Array) -> bool:
+    """True when errors (N,) say that a quantity stays what it is: on all states near home, and on
+    most of those far from it, where a walk may have left the component of home."""
+    return bool(off[near].max() < HOLDS and (off < HOLDS).mean() > 0.5)
 
 
 def platform_target(mechanism: Mechanism, pose: pin.SE3, data: pin.Data) -> pin.SE3:
-    """A target pose of the platform frame whose part that is no output is filled in: what it is at
-    home where it never changes, else what it is in ``data``."""
+    """A target pose of the platform frame whose part that is no output is filled in: what it always
+    is, else what it is in ``data``."""
     kind = mechanism.outputs.kind
     if kind == "pose":
         return pose
     frame = mechanism.platform_frame
     now = data.oMi[frame.joint] * frame.placement
-    rest = mechanism.home.platform if fixes_platform(mechanism) else now
-    if kind == "orientation":
-        return pin.SE3(pose.rotation, rest.translation)
-    return pin.SE3(rest.rotation, pose.translation)
+    if kind == "translation":
+        rest = mechanism.home.platform if fixes_platform(mechanism) else now
+        return pin.SE3(rest.rotation, pose.translation)
+    still = still_point(mechanism)
+    place = now.translation if still is None else still[1] - pose.rotation @ still[0]
+    return pin.SE3(pose.rotation, place)
 
 
 def same_remainder(mechanism: Mechanism, data: pin.Data) -> bool:
@@ -300,11 +331,12 @@ def same_remainder(mechanism: Mechanism, data: pin.Data) -> bool:
     if kind not in ("orientation", "translation") or not fixes_platform(mechanism):
         return True
     frame = mechanism.platform_frame
-    now, home = data.oMi[frame.joint] * frame.placement, mechanism.home.platform
-    if kind == "orientation":
-        off = np.abs(now.translation - home.translation).max() / mechanism.length
+    now = data.oMi[frame.joint] * frame.placement
+    if kind == "translation":
+        off = np.abs(now.rotation - mechanism.home.platform.rotation).max()
     else:
-        off = np.abs(now.rotation - home.rotation).max()
+        gap = now.translation - platform_target(mechanism, now, data).translation
+        off = np.abs(gap).max() / mechanism.length
     return bool(off < 1e2 * HOLDS)
 
 
