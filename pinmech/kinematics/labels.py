@@ -398,49 +398,65 @@ class LabelReader:
 def mode_of(state: ClosedState) -> dict[str, int | None]:
     """Working mode of a state: limb -> +1 or -1 relative to home, or None without a label.
 
-    A limb that can be in one place only has no other mode: +1.
+    A limb that can be in one place only has no other mode: +1. Where the platform has left what
+    the outputs can tell (a Delta whose platform is turned) no limb has a label, and where one of a
+    limb's equations does not hold that limb has none.
     """
     mechanism = state.mechanism
     known = labels(mechanism)
     mode: dict[str, int | None] = dict.fromkeys(mechanism.limbs)
-    mode.update(dict.fromkeys(known.single, 1))
     with mechanism.scratch() as system:
         system.evaluate(state.q)
-        for limb in mechanism.limbs:
-            k = known.of(limb)
-            if k is None:
-                continue
-            slope, off = known.equations[k].read(state.q, system.data)
-            relative = np.sign(slope) * known.home[k]
-            mode[limb] = int(relative) if abs(off) < HOLDS and relative else None
+        if not same_remainder(mechanism, system.data):
+            return mode
+        mode.update(dict.fromkeys(known.single, 1))
+        read = [equation.read(state.q, system.data) for equation in known.equations]
+    off = {e.limb for e, (_, off) in zip(known.equations, read, strict=True) if abs(off) >= HOLDS}
+    for limb in mechanism.limbs:
+        k = known.of(limb)
+        if k is not None:
+            relative = np.sign(read[k][0]) * known.home[k]
+            mode[limb] = int(relative) if limb not in off and relative else None
     return mode
 
 
-def signs_of(state: ClosedState) -> Array:
-    """(n_equations,) signs of the slopes at a state; where two modes meet, that of home."""
+def signs_of(state: ClosedState) -> Array | None:
+    """(n_equations,) signs of the slopes at a state; where two modes meet, that of home. None where
+    labels do not tell where the state is: an equation does not hold there, or the platform has left
+    what the outputs can tell."""
     mechanism = state.mechanism
     known = labels(mechanism)
-    if state is mechanism.home or not known.equations:
+    if state is mechanism.home:
         return known.home
     with mechanism.scratch() as system:
         system.evaluate(state.q)
+        if not holds_at(mechanism, known.equations, state.q, system.data):
+            return None
         signs = np.sign(slopes_at(known.equations, state.q, system.data))
     return np.where(signs == 0, known.home, signs)
 
 
-def wanted_signs(mechanism: Mechanism, mode: Mapping[str, int] | None, guess: ClosedState) -> Array:
+def wanted_signs(
+    mechanism: Mechanism, mode: Mapping[str, int] | None, guess: ClosedState
+) -> Array | None:
     """(n_equations,) signs of the mode asked for; limbs left out are as in guess. 0 for the passive
-    elbows of a limb that leaves the mode of the guess: either will do.
+    elbows of a limb that leaves the mode of the guess: either will do. None where labels do not
+    tell where the guess is: only continuation from it is to be trusted.
 
     Raises:
         UnknownNameError: a limb that does not exist.
-        InputError: a value other than +1 or -1, or a limb that has no mode.
+        InputError: a value other than +1 or -1, a limb that has no mode, or a guess that has none.
     """
     if not isinstance(mode, Mapping | None):
         raise InputError(f"mode must map limbs to +1 or -1, is {mode!r}")
     signs = signs_of(guess)
     if not mode:
         return signs
+    if signs is None:
+        raise InputError(
+            "the guess is closed in another way than home (a parallelogram crossed over, a platform "
+            "turned), where no label tells the modes apart: leave mode or guess out"
+        )
     known, signs = labels(mechanism), signs.copy()
     for limb, sign in mode.items():
         if limb not in mechanism.limbs:
