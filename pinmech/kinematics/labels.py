@@ -454,8 +454,8 @@ def wanted_signs(
         return signs
     if signs is None:
         raise InputError(
-            "the guess is closed in another way than home (a parallelogram crossed over, a platform "
-            "turned), where no label tells the modes apart: leave mode or guess out"
+            "the guess is closed in another way than home (a parallelogram crossed over, a "
+            "platform turned), where no label tells the modes apart: leave mode or guess out"
         )
     known, signs = labels(mechanism), signs.copy()
     for limb, sign in mode.items():

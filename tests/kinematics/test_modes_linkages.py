@@ -11,7 +11,6 @@ from oracles import antenna as oracle
 
 import pinmech as pm
 from pinmech.errors import InputError
-from pinmech.kinematics.labels import labels
 from pinmech.kinematics.outputs import pose_of
 from pinmech.kinematics.solver import Problem, newton
 from pinmech.kinematics.state import close
