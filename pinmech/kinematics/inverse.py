@@ -87,17 +87,21 @@ class InverseSolver:
 
     Where the labels are complete (:mod:`pinmech.kinematics.labels`), a closed state with the right
     outputs and labels is the answer, however it was found: by Newton from the start, else from the
-    roots of the limbs' equations, which also say what is out of reach. Where they are not, only
-    the continuation along a straight line of the outputs, step by step, is trusted.
+    roots of the limbs' equations, which also say what is out of reach. Where they are not, or the
+    guess is where no label holds (``signs`` is None), only the continuation along a straight line
+    of the outputs, step by step, is trusted.
     """
 
     def __init__(
-        self, mechanism: Mechanism, system: ClosureSystem, signs: Array, *, limits: bool
+        self, mechanism: Mechanism, system: ClosureSystem, signs: Array | None, *, limits: bool
     ) -> None:
-        self.mechanism, self.system, self.signs, self.limits = mechanism, system, signs, limits
+        self.mechanism, self.system, self.limits = mechanism, system, limits
         self.joints = mechanism.outputs.kind == "joints"
         self.free, self.held = _split(mechanism)
         self.labels = labels(mechanism)
+        self.labelled = signs is not None
+        self.signs = self.labels.home if signs is None else signs
+        self.told = self.labelled and self.labels.complete
         self.square = self.joints and system.rows == len(self.free)
         self._count = 0
 
@@ -106,11 +110,11 @@ class InverseSolver:
         self._count = 0
         if self.joints and len(self.free) == 0:
             return self._given(target)
-        if self.labels.complete and (answer := self._at_once(target, start)) is not None:
+        if self.told and (answer := self._at_once(target, start)) is not None:
             return answer
         if self.joints and self.limits and (outside := self._outside(target)):
             return self._fail("limit", f"needs {outside[0]}")
-        if not self.labels.complete:
+        if not self.told:
             return self._by_line(target, start)
         if self.labels.fixes_platform:
             return self._by_limb(target, start)
@@ -186,7 +190,7 @@ class InverseSolver:
                 if beyond:
                     return self._fail("limit", f"needs {beyond[0]} {self._at(target)}")
                 return self._finish(q)
-        if self.labels.fixes_platform:
+        if self.labels.fixes_platform and self.labelled:
             alone = self._by_limb(target, start)
             if alone.status in ("unreachable", "limit"):
                 return alone
@@ -245,6 +249,8 @@ class InverseSolver:
         return PoseLine(self.mechanism, pose, pose_of(self.mechanism, target))
 
     def _same_mode(self, q: Array) -> bool:
+        if not self.labelled:
+            return True
         self.system.evaluate(q)
         return agrees(self.mechanism, self.signs, q, self.system.data)
 

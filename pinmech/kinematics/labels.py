@@ -275,28 +275,59 @@ def fixes_platform(mechanism: Mechanism) -> bool:
     that they leave out never changes (the centre of a wrist, the attitude of a Delta)."""
     if mechanism.outputs.kind in ("joints", "pose"):
         return mechanism.outputs.kind == "pose" or holds_platform(mechanism)
-    found, frame = samples(mechanism), mechanism.platform_frame
-    rotation, position = Chain(mechanism.model, frame.joint).poses(found.q)
     if mechanism.outputs.kind == "orientation":
-        place = point((rotation, position), frame.origin) / mechanism.length
-        off = np.abs(place - place[0]).max(axis=1)
-    else:
-        off = np.abs(rotation - rotation[0]).max(axis=(1, 2))
-    return bool(off[found.near].max() < HOLDS and (off < HOLDS).mean() > 0.5)
+        return still_point(mechanism) is not None
+    found, frame = samples(mechanism), mechanism.platform_frame
+    rotation, _ = Chain(mechanism.model, frame.joint).poses(found.q)
+    off = np.abs(rotation - rotation[0]).max(axis=(1, 2))
+    return _stays(off, found.near)
+
+
+@per_mechanism
+def still_point(mechanism: Mechanism) -> tuple[Array, Array] | None:
+    """The point about which an orientation mechanism turns, in platform axes from the platform
+    frame's origin and in base axes from the base (3,) each [m]; None when there is no such point.
+
+    It need not be the frame's origin: the platform of a spherical linkage is drawn where its
+    joints are, and turns about the point where their axes meet.
+    """
+    found, frame = samples(mechanism), mechanism.platform_frame
+    pose = Chain(mechanism.model, frame.joint).poses(found.q)
+    turn, place = pose[0] @ frame.placement.rotation, point(pose, frame.origin)
+    # R p + t = c for all: linear in (p, c). Where platforms turn about one axis only, the point
+    # nearest to the origin of the frame serves as well as any other of the axis.
+    near, length = found.near, mechanism.length
+    each = np.broadcast_to(-np.eye(3), turn.shape)
+    rows = np.concatenate([turn, each], axis=2)[near].reshape(-1, 6)
+    right = -place[near].reshape(-1) / length
+    both = length * np.linalg.lstsq(rows, right, rcond=1e-6)[0]
+    pivot, centre = both[:3], both[3:]
+    if np.abs(place - place[0]).max() < HOLDS * length:
+        pivot, centre = np.zeros(3), place[0]
+    off = np.abs(turn @ pivot + place - centre).max(axis=1) / length
+    return (pivot, centre) if _stays(off, near) else None
+
+
+def _stays(off: Array, near: Array) -> bool:
+    """True when errors (N,) say that a quantity stays what it is: on all states near home, and on
+    most of those far from it, where a walk may have left the component of home."""
+    return bool(off[near].max() < HOLDS and (off < HOLDS).mean() > 0.5)
 
 
 def platform_target(mechanism: Mechanism, pose: pin.SE3, data: pin.Data) -> pin.SE3:
-    """A target pose of the platform frame whose part that is no output is filled in: what it is at
-    home where it never changes, else what it is in ``data``."""
+    """A target pose of the platform frame whose part that is no output is filled in: what it always
+    is, else what it is in ``data``."""
     kind = mechanism.outputs.kind
     if kind == "pose":
         return pose
     frame = mechanism.platform_frame
     now = data.oMi[frame.joint] * frame.placement
-    rest = mechanism.home.platform if fixes_platform(mechanism) else now
-    if kind == "orientation":
-        return pin.SE3(pose.rotation, rest.translation)
-    return pin.SE3(rest.rotation, pose.translation)
+    if kind == "translation":
+        rest = mechanism.home.platform if fixes_platform(mechanism) else now
+        return pin.SE3(rest.rotation, pose.translation)
+    still = still_point(mechanism)
+    place = now.translation if still is None else still[1] - pose.rotation @ still[0]
+    return pin.SE3(pose.rotation, place)
 
 
 def same_remainder(mechanism: Mechanism, data: pin.Data) -> bool:
@@ -305,11 +336,12 @@ def same_remainder(mechanism: Mechanism, data: pin.Data) -> bool:
     if kind not in ("orientation", "translation") or not fixes_platform(mechanism):
         return True
     frame = mechanism.platform_frame
-    now, home = data.oMi[frame.joint] * frame.placement, mechanism.home.platform
-    if kind == "orientation":
-        off = np.abs(now.translation - home.translation).max() / mechanism.length
+    now = data.oMi[frame.joint] * frame.placement
+    if kind == "translation":
+        off = np.abs(now.rotation - mechanism.home.platform.rotation).max()
     else:
-        off = np.abs(now.rotation - home.rotation).max()
+        gap = now.translation - platform_target(mechanism, now, data).translation
+        off = np.abs(gap).max() / mechanism.length
     return bool(off < 1e2 * HOLDS)
 
 
@@ -371,49 +403,65 @@ class LabelReader:
 def mode_of(state: ClosedState) -> dict[str, int | None]:
     """Working mode of a state: limb -> +1 or -1 relative to home, or None without a label.
 
-    A limb that can be in one place only has no other mode: +1.
+    A limb that can be in one place only has no other mode: +1. Where the platform has left what
+    the outputs can tell (a Delta whose platform is turned) no limb has a label, and where one of a
+    limb's equations does not hold that limb has none.
     """
     mechanism = state.mechanism
     known = labels(mechanism)
     mode: dict[str, int | None] = dict.fromkeys(mechanism.limbs)
-    mode.update(dict.fromkeys(known.single, 1))
     with mechanism.scratch() as system:
         system.evaluate(state.q)
-        for limb in mechanism.limbs:
-            k = known.of(limb)
-            if k is None:
-                continue
-            slope, off = known.equations[k].read(state.q, system.data)
-            relative = np.sign(slope) * known.home[k]
-            mode[limb] = int(relative) if abs(off) < HOLDS and relative else None
+        if not same_remainder(mechanism, system.data):
+            return mode
+        mode.update(dict.fromkeys(known.single, 1))
+        read = [equation.read(state.q, system.data) for equation in known.equations]
+    off = {e.limb for e, (_, off) in zip(known.equations, read, strict=True) if abs(off) >= HOLDS}
+    for limb in mechanism.limbs:
+        k = known.of(limb)
+        if k is not None:
+            relative = np.sign(read[k][0]) * known.home[k]
+            mode[limb] = int(relative) if limb not in off and relative else None
     return mode
 
 
-def signs_of(state: ClosedState) -> Array:
-    """(n_equations,) signs of the slopes at a state; where two modes meet, that of home."""
+def signs_of(state: ClosedState) -> Array | None:
+    """(n_equations,) signs of the slopes at a state; where two modes meet, that of home. None where
+    labels do not tell where the state is: an equation does not hold there, or the platform has left
+    what the outputs can tell."""
     mechanism = state.mechanism
     known = labels(mechanism)
-    if state is mechanism.home or not known.equations:
+    if state is mechanism.home:
         return known.home
     with mechanism.scratch() as system:
         system.evaluate(state.q)
+        if not holds_at(mechanism, known.equations, state.q, system.data):
+            return None
         signs = np.sign(slopes_at(known.equations, state.q, system.data))
     return np.where(signs == 0, known.home, signs)
 
 
-def wanted_signs(mechanism: Mechanism, mode: Mapping[str, int] | None, guess: ClosedState) -> Array:
+def wanted_signs(
+    mechanism: Mechanism, mode: Mapping[str, int] | None, guess: ClosedState
+) -> Array | None:
     """(n_equations,) signs of the mode asked for; limbs left out are as in guess. 0 for the passive
-    elbows of a limb that leaves the mode of the guess: either will do.
+    elbows of a limb that leaves the mode of the guess: either will do. None where labels do not
+    tell where the guess is: only continuation from it is to be trusted.
 
     Raises:
         UnknownNameError: a limb that does not exist.
-        InputError: a value other than +1 or -1, or a limb that has no mode.
+        InputError: a value other than +1 or -1, a limb that has no mode, or a guess that has none.
     """
     if not isinstance(mode, Mapping | None):
         raise InputError(f"mode must map limbs to +1 or -1, is {mode!r}")
     signs = signs_of(guess)
     if not mode:
         return signs
+    if signs is None:
+        raise InputError(
+            "the guess is closed in another way than home (a parallelogram crossed over, a "
+            "platform turned), where no label tells the modes apart: leave mode or guess out"
+        )
     known, signs = labels(mechanism), signs.copy()
     for limb, sign in mode.items():
         if limb not in mechanism.limbs:

@@ -206,14 +206,15 @@ def determinants(diagonals: Array, pivots: list[Array]) -> Array:
 
 
 def inverse_warm(
-    mechanism: Mechanism, system: ClosureSystem, signs: Array, q: Array
+    mechanism: Mechanism, system: ClosureSystem, signs: Array | None, q: Array
 ) -> Warm | None:
-    """The lean solver for outputs that are joints, on the branch of the closed q (nq,); None where
-    the equations are not square or q is singular."""
+    """The lean solver for outputs that are joints, on the branch of the closed q (nq,), where
+    ``signs`` is None if labels do not count; None where the equations are not square or q is
+    singular."""
     held = np.array(mechanism.outputs.coordinates, dtype=int)
     if mechanism.outputs.kind != "joints" or system.rows + len(held) != mechanism.model.nv:
         return None
-    complete = labels(mechanism).complete
+    complete = labels(mechanism).complete and signs is not None
     warm = Warm(mechanism, system, held, signs=signs, labelled=complete)
     return warm if warm.calibrate(q) or complete else None
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from analysis.robots import Tree, delta, polar
 from small import X, Y, Z
 
@@ -136,6 +137,28 @@ def delta_robot(*, balls: bool) -> Family:
     return Family(mech, tuple(cranks), lambda x: np.array(ends) + (x - home), np.full(3, 0.2))
 
 
+def wrist() -> Family:
+    """Spherical 3-RRR with orientation outputs: a crank and a rod of unit length on the sphere. Its
+    joints are drawn away from the centre, so that the origin of the platform moves as it turns."""
+    tree, cranks, ends = Tree("wrist"), [], []
+    turns = np.array([X, Y, Z]), np.array([Y, Z, X]), np.array([Z, X, Y])
+    skew = 0.25 * np.random.default_rng(3).normal(size=(3, 3, 3))
+    axes = [rows + off for rows, off in zip(turns, skew, strict=True)]
+    base, elbow, top = (rows / np.linalg.norm(rows, axis=1)[:, None] for rows in axes)
+    for k in range(3):
+        tree.joint(f"arm{k}", "revolute", "base", f"crank{k}", 0.15 * base[k], base[k])
+        tree.joint(f"elbow{k}", "revolute", f"crank{k}", f"rod{k}", 0.18 * elbow[k], elbow[k])
+        if k == 0:
+            tree.joint("top0", "revolute", "rod0", "plate", 0.12 * top[0], top[0])
+        else:
+            tree.close(f"top{k}", "revolute", f"rod{k}", "plate", 0.12 * top[k], top[k])
+        cranks.append(Crank(f"arm{k}", np.zeros(3), elbow[k], top[k], base[k]))
+        ends.append(top[k])
+    outputs = "{kind: orientation, names: [s1, s2, s3]}"
+    mech = tree.mechanism("plate", [c.name for c in cranks], outputs)
+    return Family(mech, tuple(cranks), lambda s: np.array(ends) @ pin.exp3(s).T, np.full(3, 1.2))
+
+
 BUILDERS: dict[str, Callable[[], Family]] = {
     "3-RRR": rrr,
     "3-RRR in layers": lambda: rrr(0.03),
@@ -143,6 +166,7 @@ BUILDERS: dict[str, Callable[[], Family]] = {
     "five-bar, overdriven": lambda: five_bar(3),
     "Delta, pins": lambda: delta_robot(balls=False),
     "Delta, balls": lambda: delta_robot(balls=True),
+    "spherical 3-RRR": wrist,
 }
 
 

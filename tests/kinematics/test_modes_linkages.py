@@ -1,0 +1,65 @@
+"""Working modes where labels do not hold or cannot tell: states of another kind than home's,
+limbs with several actuators, platforms that the outputs leave open."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from analysis.robots import delta
+from numpy.testing import assert_allclose
+from oracles import antenna as oracle
+
+import pinmech as pm
+from pinmech.errors import InputError
+from pinmech.kinematics.outputs import pose_of
+from pinmech.kinematics.solver import Problem, newton
+from pinmech.kinematics.state import close
+
+Array = np.ndarray
+
+
+def closed_states(mech: pm.Mechanism, x: Array, count: int, seed: int) -> list[pm.ClosedState]:
+    """Closed states with outputs x, by Newton from random values of all else: brute force."""
+    held = list(mech.outputs.coordinates) if mech.outputs.kind == "joints" else []
+    rest, rng = np.setdiff1d(np.arange(mech.model.nv), held), np.random.default_rng(seed)
+    reach = np.where(mech.revolving[rest], np.pi, 2 * mech.length)
+    problem = Problem(mech, rest, pose=None if held else pose_of(mech, np.asarray(x)))
+    found = []
+    with mech.scratch() as system:
+        for _ in range(count):
+            q = mech.home.q.copy()
+            q[held] = x[: len(held)]
+            q[rest] += rng.uniform(-reach, reach)
+            if not newton(problem, system, q, iterations=40).converged:
+                continue
+            if close(mech, q, system.data)[0] is not None:
+                found.append(pm.verify_closed(mech, q))
+    return found
+
+
+def test_a_delta_with_its_platform_turned_has_no_mode_and_goes_on_from_there() -> None:
+    """Rods on balls hold the same platform turned as well: the position is the same, the cranks are
+    not those of any mode of home."""
+    mech, rng = delta(balls=True), np.random.default_rng(6)
+    x = np.array(list(mech.home.outputs.values()))
+    turned = [
+        state
+        for state in closed_states(mech, x, 150, 7)
+        if np.abs(state.platform.rotation - np.eye(3)).max() > 0.1
+    ]
+    assert len(turned) > 3
+    for guess in turned:
+        assert set(guess.mode.values()) == {None}
+        near = pm.inverse(mech, x + rng.normal(0.0, 3e-4, 3), guess=guess, limits=False)
+        if near.success:
+            state = near.unwrap()
+            moved = oracle.wrap(state.q - guess.q)[mech.actuator_coordinates]
+            assert np.abs(moved).max() < 0.1
+            assert np.abs(state.platform.rotation - guess.platform.rotation).max() < 0.1
+        path = pm.inverse_path(mech, [list(guess.outputs.values())], guess=guess, limits=False)
+        if path.success[0]:
+            turn = oracle.wrap(path.q[0] - guess.q)[mech.actuator_coordinates]
+            assert_allclose(turn, 0.0, atol=1e-6)
+        with pytest.raises(InputError, match="no label tells the modes apart"):
+            pm.inverse(mech, x, guess=guess, mode={"arm1": 1})
+    assert any(pm.inverse(mech, x, guess=guess, limits=False).success for guess in turned)
