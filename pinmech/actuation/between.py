@@ -134,6 +134,7 @@ class _Examination:
         found: list[Breakdown] = []
         pieces = np.column_stack([rows, rows, rows + 1])  # sample before, first and last point
         for depth in range(_DEPTH + 1):
+            pieces = pieces[self._moves(pieces)]
             if not len(pieces):
                 break
             if len(pieces) > _MOST * len(self.time) + 1000:
@@ -268,11 +269,23 @@ class _Examination:
                 out[fine, k] = sign <= 0.0
         return out
 
-    def _curved(self, a: Array, m: Array, b: Array) -> Array:
-        """(pieces,) True where the motion between a and b is no parabola."""
+    def _moves(self, pieces: Array) -> Array:
+        """(pieces,) True where the motion does not stand still: what holds at the samples of a rest
+        holds all through it, also at a singularity."""
+        if not len(pieces):
+            return np.zeros(0, dtype=bool)
+        x = self._course(pieces[:, 1], pieces[:, 2])
+        return np.asarray(np.abs(x - x[:, :1]).max(axis=(1, 2)) > _POINT)
+
+    def _course(self, a: Array, b: Array) -> Array:
+        """(pieces, 9, n) outputs at even times from a to b, without jumps, dimensionless."""
         t0, t2 = self.time[a], self.time[b]
         times = t0[:, None] + (t2 - t0)[:, None] * np.linspace(0.0, 1.0, 9)
-        x = self._smooth(self.motion.at(times.ravel()).reshape(len(a), 9, -1))
+        return self._smooth(self.motion.at(times.ravel()).reshape(len(a), 9, -1))
+
+    def _curved(self, a: Array, m: Array, b: Array) -> Array:
+        """(pieces,) True where the motion between a and b is no parabola."""
+        x = self._course(a, b)
         s = np.linspace(-1.0, 1.0, 9)[:, None]
         first, middle, last = x[:, :1], x[:, 4:5], x[:, 8:]
         parabola = middle + 0.5 * s * (last - first) + s**2 * (0.5 * (first + last) - middle)
