@@ -5,8 +5,9 @@
 
 Each mutant (mutants.py) is tried in a copy of the tree with the tests of its module, the nearest
 ones first, until one fails. Which mutants are taken depends on the seed and the code alone. The
-report is a Markdown table. Survivors that cannot matter stand in mutants_accepted.toml with a
-reason each. Exit code 0: all ran, 90 % were killed, and each survivor has a reason.
+report is a Markdown table, written anew after each of them. Survivors that cannot matter stand in
+mutants_accepted.toml with a reason each. Exit code 0: all ran, 90 % were killed, and each survivor
+has a reason.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from fnmatch import fnmatch
@@ -36,31 +38,71 @@ TARGETS = (
     "pinmech/kinematics/*.py",
     "pinmech/mechanism/closures.py",
     *(f"pinmech/actuation/{name}.py" for name in (
-        "dynamics*", "sharing", "standing", "holding", "friction", "overflow", "lean", "loads",
-        "sizing*",
+        "between", "demand", "dynamics*", "sharing", "standing", "holding", "friction", "overflow",
+        "lean", "loads", "sizing*",
     )),
 )  # fmt: skip
-_ACTUATION = [f"tests/actuation/test_{name}.py" for name in (
-    "dynamics", "dynamics_reactions", "dynamics_path", "sharing", "friction", "overflow", "holding",
-    "sizing", "cases_shipped", "mujoco",
-)]  # fmt: skip
-#: Pattern of modules -> tests in the order in which they are tried. Files that are not there are
-#: left out; a test named after the module always goes first.
+
+
+def _tests(folder: str, names: str) -> list[str]:
+    return [f"tests/{folder}/test_{name}.py" for name in names.split()]
+
+
+def _for(modules: str, tests: list[str]) -> dict[str, list[str]]:
+    """The same tests for several modules of the kinematics."""
+    return {f"pinmech/kinematics/{name}.py": tests for name in modules.split()}
+
+
+_BUILT = _tests("mechanisms", "gpr spherical_3paur decoupled hybrid")
+#: Pattern of modules -> tests in the order in which they are tried: what is about the module first,
+#: and no more than a minute or so in all, which is what a survivor costs. Files that are not there
+#: are left out; a test named after the module always goes first.
 TESTS: dict[str, list[str]] = {
     "pinmech/actuation/sizing*": [
-        "tests/actuation/test_sizing.py", "tests/show/test_tables.py",
-        "tests/actuation/test_friction.py", "tests/actuation/test_cases_shipped.py",
-        "tests/actuation/test_overflow.py", "tests/test_readme.py",
+        *_tests("actuation", "sizing"), "tests/show/test_tables.py",
+        *_tests("actuation", "overflow holding cases_shipped"), "tests/test_readme.py",
     ],
-    "pinmech/actuation/*": _ACTUATION,
+    "pinmech/actuation/between.py": _tests("actuation", "between dynamics_path sizing"),
+    "pinmech/actuation/demand.py": _tests(
+        "actuation", "dynamics_path foreign_paths dynamics overflow holding sizing friction"
+    ),
+    "pinmech/actuation/dynamics_path.py": _tests(
+        "actuation", "dynamics_path foreign_paths overflow holding sizing friction between"
+    ),
+    "pinmech/actuation/*": _tests(
+        "actuation",
+        "dynamics dynamics_reactions mujoco sharing overflow holding dynamics_path sizing friction",
+    ),
     "pinmech/mechanism/closures.py": [
-        "tests/mechanism/test_closures.py", "tests/kinematics/test_jacobians.py",
-        "tests/mechanism/test_known_mobility.py", "tests/actuation/test_dynamics_reactions.py",
-        "tests/kinematics/test_assembly.py",
+        *_tests("mechanism", "closures"), *_tests("kinematics", "jacobians"),
+        *_tests("mechanism", "known_mobility"), *_tests("actuation", "dynamics_reactions"),
+        *_tests("kinematics", "assembly"),
+    ],
+    "pinmech/kinematics/forward.py": [
+        *_tests("kinematics", "forward limits platforms"), *_BUILT,
+        *_tests("kinematics", "modes properties"),
+    ],
+    **_for("assembly closing nearest starts state scaling", [
+        *_tests("kinematics", "assembly inverse jacobians cones limits modes assembly_hard"),
+        *_tests("analysis", "mobility singularity_more"), *_BUILT, "tests/test_arguments.py",
+    ]),
+    **_for("cones misalignment motion", [
+        *_tests("kinematics", "cones assembly labels limits inverse assembly_hard"),
+        *_tests("analysis", "mobility"), *_BUILT,
+    ]),
+    "pinmech/kinematics/rates.py": [
+        *_tests("kinematics", "jacobians properties platforms"), *_tests("actuation", "dynamics"),
+        *_BUILT, "tests/test_arguments.py",
+    ],
+    "pinmech/kinematics/firstorder.py": [
+        *_tests("analysis", "mobility screws singularity_more"),
+        *_tests("mechanism", "known_mobility"), *_tests("kinematics", "jacobians"),
+        *_tests("actuation", "dynamics dynamics_reactions"), *_BUILT,
     ],
     "pinmech/kinematics/*": [
-        "tests/kinematics/test_*.py", "tests/analysis/test_*.py", "tests/mechanisms/test_*.py",
-        "tests/actuation/test_dynamics_path.py",
+        *_tests("kinematics", "path modes limits platforms"), *_BUILT,
+        *_tests("kinematics", "labels inverse properties"), *_tests("mechanisms", "round_trips"),
+        *_tests("kinematics", "forward"),
     ],
 }  # fmt: skip
 _IGNORED = (".git", ".venv", "out", "*.egg-info", "__pycache__", ".*_cache")
@@ -164,13 +206,23 @@ def run(
     minutes: float,
     table: Mapping[str, Sequence[str]] = TESTS,
     tell: bool = True,
+    note: Callable[[Sequence[Outcome]], None] | None = None,
 ) -> list[Outcome]:
     """Try the mutants in ``jobs`` copies of the tree; what does not fit into the time is not run.
+
+    They are taken in a mixed order, so that what a short run tries is a fair part of all. ``note``
+    is given all outcomes, in the order of ``mutants``, each time there is a new one.
 
     Raises:
         RuntimeError: a module has no tests, or they fail without any change.
     """
     end = time.monotonic() + 60 * minutes
+    done = {mutant: Outcome(mutant, "not run") for mutant in mutants}
+    noting = threading.Lock()
+
+    def in_order() -> list[Outcome]:
+        return [done[mutant] for mutant in mutants]
+
     sets = {mutant.file: nearest_first(mutant.file, root, table) for mutant in mutants}
     for file, tests in sets.items():
         if not tests:
@@ -195,23 +247,29 @@ def run(
             bench, start = free.get(), time.monotonic()
             try:
                 if start > end:
-                    return Outcome(mutant, "not run")
+                    return done[mutant]
                 tests = sets[mutant.file]
                 result = bench.trial(mutant, tests, 30 + 4 * sum(seconds[t] for t in tests))
             finally:
                 free.put(bench)
             taken = time.monotonic() - start
+            done[mutant] = Outcome(mutant, result, taken)
+            if note is not None:
+                with noting:
+                    note(in_order())
             if tell:
                 where = f"{mutant.file}:{mutant.line}"
                 print(f"{result:9}{taken:6.1f} s  {where}  {mutant.before}  ->  {mutant.after}",
                       file=sys.stderr, flush=True)  # fmt: skip
-            return Outcome(mutant, result, taken)
+            return done[mutant]
 
         pool = ThreadPoolExecutor(jobs)
         try:
             files = sorted({test for tests in sets.values() for test in tests})
             seconds = dict(zip(files, pool.map(baseline, files), strict=True))
-            return list(pool.map(one, mutants))
+            for _ in pool.map(one, random.Random(0).sample(mutants, len(mutants))):
+                pass
+            return in_order()
         finally:  # also when it is interrupted: begin nothing more, end what runs
             pool.shutdown(wait=False, cancel_futures=True)
             for bench in benches:
@@ -276,13 +334,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     mutants = choose(ROOT, options.only or TARGETS, options.count, options.seed)
     if not mutants:
         parser.error("there is nothing to mutate there")
-    outcomes = run(ROOT, mutants, jobs=options.jobs, minutes=options.minutes)
     reasons = accepted()
-    text = report(outcomes, reasons, f"Mutation run, seed {options.seed}")
-    print(text)
-    if options.out is not None:
-        options.out.parent.mkdir(parents=True, exist_ok=True)
-        options.out.write_text(text, encoding="utf-8")
+    title = f"Mutation run, seed {options.seed}"
+
+    def write(outcomes: Sequence[Outcome]) -> None:
+        if options.out is not None:
+            options.out.parent.mkdir(parents=True, exist_ok=True)
+            options.out.write_text(report(outcomes, reasons, title), encoding="utf-8")
+
+    outcomes = run(ROOT, mutants, jobs=options.jobs, minutes=options.minutes, note=write)
+    print(report(outcomes, reasons, title))
+    write(outcomes)
     explained = all(o.mutant.key in reasons for o in outcomes if o.result == "survived")
     complete = all(o.result != "not run" for o in outcomes)
     return 0 if complete and explained and share(outcomes) >= SHARE else 1

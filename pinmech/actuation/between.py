@@ -134,6 +134,7 @@ class _Examination:
         found: list[Breakdown] = []
         pieces = np.column_stack([rows, rows, rows + 1])  # sample before, first and last point
         for depth in range(_DEPTH + 1):
+            pieces = pieces[self._moves(pieces)]
             if not len(pieces):
                 break
             if len(pieces) > _MOST * len(self.time) + 1000:
@@ -156,17 +157,14 @@ class _Examination:
         # Where the middle or the end fails: narrow down where it starts to.
         before, after = halves[0][~self.ok[m]], halves[1][self.ok[m] & ~self.ok[b]]
         closer = [before, after] if depth < _LOCATE else []
-        curved, still = self._curved(a, m, b)
-        still &= depth == 0  # halves of a motion are as short as one likes
+        curved = self._curved(a, m, b)
         loose = self._unclear(self.margins, a, m, b).any(axis=1)
         singular = self._unclear(self.sigmas, a, m, b) | self._reversed(a, m) | self._reversed(m, b)
         if depth == _DEPTH:
-            moving = whole & ~still
-            for r, k in zip(*np.nonzero(singular & moving[:, None]), strict=True):
+            for r, k in zip(*np.nonzero(singular & whole[:, None]), strict=True):
                 found.append(self._crossing(int(row[r]), int(m[r]), self.drives[k]))
             return found, np.zeros((0, 3), dtype=int)
-        # Where nothing moves, the samples have said it all.
-        more = whole & ~still & (curved | loose | singular.any(axis=1))
+        more = whole & (curved | loose | singular.any(axis=1))
         return found, np.vstack([*closer, halves[0][more], halves[1][more]])
 
     def _solve(self, time: Array, near: Array) -> Array:
@@ -271,18 +269,29 @@ class _Examination:
                 out[fine, k] = sign <= 0.0
         return out
 
-    def _curved(self, a: Array, m: Array, b: Array) -> tuple[Array, Array]:
-        """(pieces,) True where the motion between a and b is no parabola, and where there is none
-        at all."""
+    def _moves(self, pieces: Array) -> Array:
+        """(pieces,) True where the motion does not stand still: what holds at the samples of a rest
+        holds all through it, also at a singularity."""
+        if not len(pieces):
+            return np.zeros(0, dtype=bool)
+        x = self._course(pieces[:, 1], pieces[:, 2])
+        return np.asarray(np.abs(x - x[:, :1]).max(axis=(1, 2)) > _POINT)
+
+    def _course(self, a: Array, b: Array) -> Array:
+        """(pieces, 9, n) outputs at even times from a to b, without jumps, dimensionless."""
         t0, t2 = self.time[a], self.time[b]
         times = t0[:, None] + (t2 - t0)[:, None] * np.linspace(0.0, 1.0, 9)
-        x = self._smooth(self.motion.at(times.ravel()).reshape(len(a), 9, -1))
+        return self._smooth(self.motion.at(times.ravel()).reshape(len(a), 9, -1))
+
+    def _curved(self, a: Array, m: Array, b: Array) -> Array:
+        """(pieces,) True where the motion between a and b is no parabola."""
+        x = self._course(a, b)
         s = np.linspace(-1.0, 1.0, 9)[:, None]
         first, middle, last = x[:, :1], x[:, 4:5], x[:, 8:]
         parabola = middle + 0.5 * s * (last - first) + s**2 * (0.5 * (first + last) - middle)
         off = np.abs(x - parabola).max(axis=(1, 2))
         length = np.abs(np.diff(x, axis=1)).sum(axis=1).max(axis=1)
-        return np.asarray(off > _CURVED * length + _POINT), np.asarray(length <= _POINT)
+        return np.asarray(off > _CURVED * length + _POINT)
 
     def _smooth(self, x: Array) -> Array:
         """Outputs (pieces, 9, n) without jumps, dimensionless: rotations as quaternions."""
