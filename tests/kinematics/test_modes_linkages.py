@@ -8,12 +8,15 @@ import pytest
 from analysis.robots import delta
 from numpy.testing import assert_allclose
 from oracles import antenna as oracle
+from oracles import spherical_3paur as paur
 
 import pinmech as pm
 from pinmech.errors import InputError
 from pinmech.kinematics.outputs import pose_of
 from pinmech.kinematics.solver import Problem, newton
 from pinmech.kinematics.state import close
+
+from .families import without_limits
 
 Array = np.ndarray
 
@@ -63,3 +66,21 @@ def test_a_delta_with_its_platform_turned_has_no_mode_and_goes_on_from_there() -
         with pytest.raises(InputError, match="no label tells the modes apart"):
             pm.inverse(mech, x, guess=guess, mode={"arm1": 1})
     assert any(pm.inverse(mech, x, guess=guess, limits=False).success for guess in turned)
+
+
+def test_a_wrist_is_found_whatever_its_parallelograms_start_from() -> None:
+    """3-PaUR without limits, random poses in random modes from random states: every one exists. Most
+    starts of a limb end in a crossed parallelogram, so that a few of them are not enough."""
+    mech, rng = without_limits(pm.load("spherical_3paur")), np.random.default_rng(0)
+    limbs, pool = ("crank1", "crank2", "crank3"), [mech.home]
+    way = np.random.default_rng(5).normal(size=(150, 3))
+    poses = rng.uniform(0.3, 2.6, (150, 1)) * way / np.linalg.norm(way, axis=1)[:, None]
+    for s in poses:
+        signs, guess = rng.choice([1, -1], 3), pool[rng.integers(len(pool))]
+        turn = paur.exp(s)
+        mode = dict(zip(limbs, signs.tolist(), strict=True))
+        state = pm.inverse(mech, s, guess=guess, mode=mode, limits=False).unwrap()
+        expected = paur.inverse(turn) + np.where(signs == 1, 0.0, np.pi)
+        off = oracle.wrap(np.array([state.actuators[limb] for limb in limbs]) - expected)
+        assert_allclose(off * paur.projections(turn), 0.0, atol=1e-9)
+        pool = [*pool, state][-40:]
