@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from analysis.robots import delta
+from analysis.robots import Tree, delta, polar
 from numpy.testing import assert_allclose
 from oracles import antenna as oracle
 from oracles import spherical_3paur as paur
+from small import X, Y, Z
 
 import pinmech as pm
 from pinmech.errors import InputError
@@ -69,8 +70,8 @@ def test_a_delta_with_its_platform_turned_has_no_mode_and_goes_on_from_there() -
 
 
 def test_a_wrist_is_found_whatever_its_parallelograms_start_from() -> None:
-    """3-PaUR without limits, random poses in random modes from random states: every one exists. Most
-    starts of a limb end in a crossed parallelogram, so that a few of them are not enough."""
+    """3-PaUR without limits, random poses in random modes from random states: every one exists.
+    Most starts of a limb end in a crossed parallelogram, so that a few of them are not enough."""
     mech, rng = without_limits(pm.load("spherical_3paur")), np.random.default_rng(0)
     limbs, pool = ("crank1", "crank2", "crank3"), [mech.home]
     way = np.random.default_rng(5).normal(size=(150, 3))
@@ -84,3 +85,44 @@ def test_a_wrist_is_found_whatever_its_parallelograms_start_from() -> None:
         off = oracle.wrap(np.array([state.actuators[limb] for limb in limbs]) - expected)
         assert_allclose(off * paur.projections(turn), 0.0, atol=1e-9)
         pool = [*pool, state][-40:]
+
+
+def scara_legs() -> pm.Mechanism:
+    """Three legs R(z) R R S, each driven at the column and at the shoulder; the platform hangs on
+    six virtual joints."""
+    tree, parent, home = Tree("scara_legs"), "base", np.array([0.0, 0.0, 0.35])
+    chain = [("px", "prismatic", X), ("py", "prismatic", Y), ("pz", "prismatic", Z)]
+    chain += [("rx", "revolute", X), ("ry", "revolute", Y), ("rz", "revolute", Z)]
+    for name, kind, axis in chain:
+        child = "plate" if name == "rz" else f"v_{name}"
+        parent = tree.joint(name, kind, parent, child, home, axis)
+    drives = []
+    for k, azimuth in enumerate((0.0, 120.0, 240.0)):
+        foot, head = polar(0.25, azimuth), polar(0.12, azimuth + 20.0, 0.35)
+        across, elbow = polar(1.0, azimuth + 90.0), polar(0.36, azimuth, 0.18)
+        tree.joint(f"column{k}", "revolute", "base", f"column{k}", foot, Z)
+        tree.joint(f"shoulder{k}", "revolute", f"column{k}", f"upper{k}", foot, across)
+        tree.joint(f"elbow{k}", "revolute", f"upper{k}", f"lower{k}", elbow, across)
+        tree.close(f"ball{k}", "spherical", f"lower{k}", "plate", head)
+        drives += [f"column{k}", f"shoulder{k}"]
+    return tree.mechanism("plate", drives, "{kind: joints, names: [px, py, pz, rx, ry, rz]}")
+
+
+def test_a_limb_with_two_actuators_has_no_label_and_keeps_its_elbow() -> None:
+    """Elbow up and elbow down have the same column: one sign cannot tell four places apart."""
+    mech, x = scara_legs(), np.array([0.02, -0.01, 0.015, 0.05, -0.04, 0.1])
+    shoulder = [mech.coordinate(f"shoulder{k}") for k in range(3)]
+    column = [mech.coordinate(f"column{k}") for k in range(3)]
+    places = []
+    for state in closed_states(mech, x, 60, 3):
+        assert [state.mode[f"column{k}"] for k in range(3)] == [None] * 3
+        if not any(np.abs(oracle.wrap(state.q - q)).max() < 1e-6 for q in places):
+            places.append(state.q)
+        # Nearby, each of these places is kept.
+        near = pm.inverse(mech, x + 0.004, guess=state).unwrap()
+        assert np.abs(oracle.wrap(near.q - state.q)[shoulder]).max() < 0.3
+    elbows = {tuple(np.round(q[shoulder], 6)) for q in places}
+    columns = {tuple(np.round(q[column], 6)) for q in places}
+    assert len(elbows) > len(columns) > 3
+    with pytest.raises(InputError, match="not told apart by a label"):
+        pm.inverse(mech, x, mode={"column0": -1})
