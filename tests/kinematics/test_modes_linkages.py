@@ -13,11 +13,13 @@ from small import X, Y, Z
 
 import pinmech as pm
 from pinmech.errors import InputError
+from pinmech.kinematics.labels import labels
 from pinmech.kinematics.outputs import pose_of
 from pinmech.kinematics.solver import Problem, newton
 from pinmech.kinematics.state import close
 
-from .families import without_limits
+from .families import without_limits, wrist
+from .test_labels import check_family
 
 Array = np.ndarray
 
@@ -126,3 +128,15 @@ def test_a_limb_with_two_actuators_has_no_label_and_keeps_its_elbow() -> None:
     assert len(elbows) > len(columns) > 3
     with pytest.raises(InputError, match="not told apart by a label"):
         pm.inverse(mech, x, mode={"column0": -1})
+
+
+def test_limbs_that_are_solved_together_stay_in_the_mode_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A wrist whose centre nobody knows: the outputs leave the place of the platform open, and all
+    limbs are solved at once, from the roots of their equations."""
+    monkeypatch.setattr("pinmech.kinematics.labels.still_point", lambda mechanism: None)
+    robot = wrist()
+    assert not labels(robot.mechanism).fixes_platform
+    assert labels(robot.mechanism).complete
+    assert check_family(robot, 60, 8)["ok"] > 30
