@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help size size-all reproduce test check lint types imports pytest modes mutants bench clean
+.PHONY: help size size-all reproduce test check lint types imports pytest slow modes mutants bench clean
 CASES := $(basename $(notdir $(wildcard scripts/cases/*.yaml)))
 
 help:
@@ -12,6 +12,7 @@ help:
 	@echo "make reproduce  every number that the four papers print, into out/reproduction"
 	@echo "make test   lint, types, import direction, generated files, tests"
 	@echo "make check  the committed URDFs, descriptions and trajectories are what the scripts write"
+	@echo "make slow   100,000 random poses of every group of mechanisms against closed forms, hours"
 	@echo "make modes  inverse kinematics of 20,000 random poses against the closed form"
 	@echo "make mutants  does some test fail when the code is wrong? 300 changes, an hour or two"
 	@echo "make bench  speed against placo, a plain loop and MuJoCo (installs placo beside)"
@@ -60,6 +61,9 @@ check: $(VENV)/.test
 
 pytest: $(VENV)/.test
 	$(BIN)/python -m pytest
+
+slow: $(VENV)/.test
+	$(BIN)/python -m pytest -m slow
 
 modes: $(VENV)/.test
 	$(BIN)/python scripts/check_modes.py

@@ -42,7 +42,9 @@ from pinmech.mechanism.mechanism import Mechanism
 Array = np.ndarray
 
 #: Random starts of what the labels leave open.
-_STARTS = 24
+_STARTS = 120
+#: Scaled residual from which the labelled joints, so far held at their roots, may move as well.
+_NEARLY = 1e-6
 
 
 def inverse(
@@ -335,9 +337,16 @@ class InverseSolver:
         labelled = set(self.labels.coordinates.tolist())
         rest = np.array([k for k in self.free if k not in labelled], dtype=int)
         problem, beyond, mode = self._problem(target), "", False
+        passive = Problem(mechanism, rest, pose=problem.pose)
         for values in starts(mechanism, rest, q[rest], _STARTS, limits=self.limits):
             trial = q.copy()
             trial[rest] = values
+            # The labelled joints stay at their roots until all else is nearly in its place: let
+            # loose at once, they would be drawn into the nearest mode instead.
+            run = newton(passive, system, trial, iterations=40)
+            self._count += run.iterations
+            if not run.residual < _NEARLY:
+                continue
             run = newton(problem, system, trial, iterations=40)
             self._count += run.iterations
             if not run.converged or close(mechanism, trial, system.data)[0] is None:

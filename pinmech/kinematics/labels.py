@@ -64,6 +64,7 @@ class Labels:
         fixes_platform: True when the outputs fix the whole pose of the platform.
         complete: True when outputs and labels settle where every link is.
         driven: indices of the equations in an actuator's coordinate.
+        shared: limbs with several actuators: one label cannot tell their places apart.
     """
 
     equations: tuple[LimbEquation, ...]
@@ -72,10 +73,13 @@ class Labels:
     fixes_platform: bool
     complete: bool
     driven: frozenset[int] = frozenset()
+    shared: frozenset[str] = frozenset()
 
     def of(self, limb: str) -> int | None:
         """Index of the equation that labels a limb: that of its actuator. None without, or where
         several actuators or several passive elbows would have to share one label."""
+        if limb in self.shared:
+            return None
         found = [k for k, equation in enumerate(self.equations) if equation.limb == limb]
         driven = [k for k in found if k in self.driven]
         chosen = driven or found
@@ -120,7 +124,12 @@ def labels(mechanism: Mechanism) -> Labels:
         if set(limb.coordinates) <= held or (complete and limb.name not in labelled)
     }
     indices = frozenset(k for k, equation in enumerate(kept) if equation.coordinate in driven)
-    return Labels(kept, np.sign(home[regular]), frozenset(single), fixes, complete, indices)
+    shared = frozenset(
+        limb.name
+        for limb in mechanism.limbs.values()
+        if limb.name in labelled and len(driven.intersection(limb.coordinates)) > 1
+    )
+    return Labels(kept, np.sign(home[regular]), frozenset(single), fixes, complete, indices, shared)
 
 
 def _label_passive(
