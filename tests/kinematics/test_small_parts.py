@@ -1,0 +1,52 @@
+"""Small parts of the solvers by themselves, where whole solutions seldom show a fault."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import pinmech as pm
+from pinmech.kinematics.solver import wrap_towards
+from pinmech.kinematics.starts import starts
+from pinmech.kinematics.tracking import _smallest
+
+
+def test_the_smallest_singular_value_leaves_open_directions_out() -> None:
+    """Directions that never are determined, at the size of noise, are no nearness to a
+    singularity."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(5, 5)))[0]
+    values = [2.0, 1.4, 1.0, 1e-14, 0.0]
+    assert _smallest(turn @ np.diag(values)) == pytest.approx(0.5, rel=1e-12)
+    assert _smallest(turn @ np.diag([2.0, 1.4, 1.0, 0.8, 0.5])) == pytest.approx(0.25, rel=1e-12)
+
+
+@pytest.mark.parametrize("turns", [-7, -1, 0, 1, 4])
+def test_a_coordinate_without_limits_comes_as_near_to_the_start_as_whole_turns_can(
+    antenna: pm.Mechanism, turns: int
+) -> None:
+    k = antenna.actuator_coordinates[0]
+    assert antenna.revolving[k]
+    assert np.isinf(antenna.lower[k])
+    start, q = antenna.home.q.copy(), antenna.home.q.copy()
+    start[k] = 2.0 * np.pi * turns + 1.3
+    q[k] = 0.4
+    wrap_towards(antenna, q, start, np.array([k]))
+    assert q[k] == pytest.approx(start[k] - 0.9, abs=1e-12)
+    others = np.delete(np.arange(len(q)), k)
+    np.testing.assert_array_equal(q[others], antenna.home.q[others])
+
+
+def test_starts_lie_within_the_limits_or_half_a_turn_around_the_centre(
+    antenna: pm.Mechanism,
+) -> None:
+    """Also where the limits are not even about zero, and all over the range."""
+    free = np.arange(antenna.model.nv)
+    centre = antenna.home.q + 0.2
+    found = starts(antenna, free, centre, 400)
+    np.testing.assert_array_equal(found[0], centre)
+    low = np.maximum(antenna.lower, centre - np.pi)
+    high = np.minimum(antenna.upper, centre + np.pi)
+    assert (found >= low).all()
+    assert (found[1:] <= high).all()
+    assert (found[1:].min(axis=0) < low + 0.05 * (high - low)).all()
+    assert (found[1:].max(axis=0) > high - 0.05 * (high - low)).all()
