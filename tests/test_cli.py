@@ -366,6 +366,8 @@ def test_an_interrupt_is_one_line(call, monkeypatch) -> None:
 
 
 INTERRUPT = "os.kill(os.getpid(), signal.SIGINT)"
+#: A job in the background of a shell is started deaf to interrupts.
+HEARING = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 
 def interrupted_while_importing(module: str, *arguments: str, how: str = INTERRUPT) -> str:
@@ -389,7 +391,7 @@ def interrupted_while_importing(module: str, *arguments: str, how: str = INTERRU
     "module", ["rich", "typer", "numpy", "pinocchio", "pydantic", "scipy.linalg", "pinmech.cli.app"]
 )
 def test_an_interrupt_while_importing_is_one_line(module: str) -> None:
-    done = process("-c", interrupted_while_importing(module, "list"))
+    done = process("-c", HEARING + interrupted_while_importing(module, "list"))
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "pinmech: interrupted\n")
 
 
@@ -397,7 +399,7 @@ def test_an_interrupt_while_a_command_imports_is_one_line() -> None:
     report = ("pinmech.show.reports", "size", "antenna_relay")
     # A module may make an error of its own of whatever comes up in it, as pybind11's do.
     for how in (INTERRUPT, "wrapped()"):
-        done = process("-c", interrupted_while_importing(*report, how=how))
+        done = process("-c", HEARING + interrupted_while_importing(*report, how=how))
         assert (done.returncode, done.stdout, done.stderr) == (130, "", "pinmech: interrupted\n")
 
 
