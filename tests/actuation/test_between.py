@@ -97,7 +97,7 @@ def test_samples_within_reach_and_a_spline_that_is_not(antenna: pm.Mechanism) ->
         assert f"between the samples at {one:.6g} s and {two:.6g} s: " in found.note
 
 
-@pytest.mark.parametrize("over", [1e-6, 1e-4, 0.01])
+@pytest.mark.parametrize("over", [1e-6, 1e-4])
 def test_a_stop_between_samples(antenna: pm.Mechanism, over: float) -> None:
     """Beyond it by 1e-6 rad is found; up to it by 1e-6 rad is fine."""
     motion = parabola(0.3, 4.3, 0.02, np.linspace(0.0, 9.0, 11))
@@ -123,7 +123,7 @@ def test_a_stop_between_samples(antenna: pm.Mechanism, over: float) -> None:
         assert {r.status for r in table(short, motion)} == {"limit"}
 
 
-@pytest.mark.parametrize("over", [1e-6, 1e-3])
+@pytest.mark.parametrize("over", [1e-6, 1e-4])
 def test_a_cone_between_samples(over: float) -> None:
     mech = pm.designs.antenna_3rsu(**SET)
     times = np.linspace(0.0, 9.0, 11)
@@ -148,23 +148,16 @@ def test_a_cone_between_samples(over: float) -> None:
 
 def test_two_samples(antenna: pm.Mechanism) -> None:
     """Both in reach, and the straight line between them is or is not."""
-    for ends, good in ((((-0.4, 0.0), (0.4, 0.1)), True), (((0.0, -0.3), (0.0, 0.4)), True)):
+    for ends in ([(-0.4, 0.0), (0.4, 0.1)], [(0.0, -0.3), (0.0, 0.4)]):
         motion = Trajectory(("alpha", "beta"), [0.0, 1.0], ends)
-        failed = [b for b in found_between(antenna, motion) if b.drive is None]
-        assert (failed == []) == good
-    dense = np.linspace(0.0, 1.0, 4001)
-    rng, seen = np.random.default_rng(5), 0
-    while seen < 5:
-        motion = Trajectory(("alpha", "beta"), [0.0, 1.0], rng.uniform(-1.6, 1.6, (2, 2)))
-        reach = margins(T1, motion.at(dense)).min(axis=1)
-        if reach[[0, -1]].min() < 1e-4 or reach.min() > -1e-3:
-            continue
-        failed = [b for b in found_between(antenna, motion) if b.drive is None]
-        assert len(failed) == 1
-        assert failed[0].status in ("unreachable", "limit")
-        start = dense[np.argmax(reach < 0)]
-        assert failed[0].time <= start + 2e-3
-        seen += 1
+        assert all(b.drive is not None for b in found_between(antenna, motion))
+    motion = Trajectory(("alpha", "beta"), [0.0, 1.0], [(0.781, -0.512), (-0.566, -0.497)])
+    assert pm.inverse_path(antenna, motion.values).success.all()
+    dense = np.linspace(0.0, 1.0, 10001)
+    fails = (margins(T1, motion.at(dense)) < 0).any(axis=1)
+    (item,) = (b for b in found_between(antenna, motion) if b.drive is None)
+    assert item.status == "unreachable"
+    assert item.time == pytest.approx(dense[np.argmax(fails)], abs=2e-3)
 
 
 def test_rows_that_fail_at_samples_keep_their_message(antenna: pm.Mechanism) -> None:
@@ -203,33 +196,37 @@ def polyline(count: int, seed: int) -> Polyline:
     return Polyline(np.array(points))
 
 
-def distances(poses: Array, pair: tuple[int, int]) -> Array:
-    """(N,) signed distance to the pair's locus [rad], to first order: det / |grad det|."""
+def distances(poses: Array) -> dict[str, Array]:
+    """Drive -> (N,) signed distance to its locus [rad], to first order: det / |grad det|."""
 
-    def det(x: Array) -> Array:
-        return oracle.pair_determinant(oracle.jacobians(T2, *x.T, cranks(T2, x)), *pair)
+    def dets(x: Array) -> list[Array]:
+        jacobians = oracle.jacobians(T2, *x.T, cranks(T2, x))
+        return [oracle.pair_determinant(jacobians, *pair) for pair in oracle.PAIRS]
 
     step = 1e-6 * np.eye(2)
-    slopes = [(det(poses + e) - det(poses - e)) / 2e-6 for e in step]
-    return np.asarray(det(poses) / np.hypot(*slopes))
+    ends = [(dets(poses + e), dets(poses - e)) for e in step]
+    here = dets(poses)
+    return {
+        drive: here[k] / np.hypot(*((up[k] - down[k]) / 2e-6 for up, down in ends))
+        for k, drive in enumerate(("12", "13", "23"))
+    }
 
 
-def test_no_crossing_is_missed_and_none_is_invented(wide: pm.Mechanism) -> None:
-    """320 random lines and three drives: single and double crossings within one interval. Lines
-    that come within 1e-4 rad of the locus without clearly crossing it are left out."""
-    motion = polyline(320, 7)
+@pytest.mark.parametrize("lines", [80, pytest.param(320, marks=pytest.mark.slow)])
+def test_no_crossing_is_missed_and_none_is_invented(wide: pm.Mechanism, lines: int) -> None:
+    """Random lines and three drives: single and double crossings within one interval. Lines that
+    come within 1e-4 rad of the locus without clearly crossing it are left out."""
+    motion = polyline(lines, 7)
     assert pm.inverse_path(wide, motion.points).success.all()
     found = found_between(wide, motion)
     assert all(b.status == "singular" and b.drive in oracle.DRIVES for b in found)
     times = {(b.row, b.drive): b.time for b in found}
     assert not any(drive in (None, "123") for _, drive in times)  # all three never lose rank here
-    t = np.linspace(0.0, 1.0, 4001)
+    t = np.linspace(0.0, 1.0, 1001)
     single = double = none = 0
-    for row in range(320):
+    for row in range(lines):
         poses = motion.at(row + t)
-        for drive in ("12", "13", "23"):
-            arms = oracle.DRIVES[drive]
-            far = distances(poses, (arms[0], arms[1]))
+        for drive, far in distances(poses).items():
             clearly = min(far.max(), -far.min()) > 1e-4
             if not clearly and np.abs(far).min() <= 1e-4:
                 continue
@@ -239,32 +236,31 @@ def test_no_crossing_is_missed_and_none_is_invented(wide: pm.Mechanism) -> None:
                 continue
             changes = np.flatnonzero(np.diff(np.sign(far)) != 0)
             single, double = single + (len(changes) == 1), double + (len(changes) > 1)
-            assert times[row, drive] == pytest.approx(row + t[changes[0]], abs=1e-3)
-    assert single > 100
-    assert double > 20
-    assert none > 300
+            assert times[row, drive] == pytest.approx(row + t[changes[0]], abs=2e-3)
+    assert single > 0.3 * lines
+    assert double > 0.05 * lines
+    assert none > 0.7 * lines
 
 
-def test_double_crossings_close_together(wide: pm.Mechanism) -> None:
+@pytest.mark.parametrize("lines", [20, pytest.param(60, marks=pytest.mark.slow)])
+def test_double_crossings_close_together(wide: pm.Mechanism, lines: int) -> None:
     """Where a line crosses the locus twice, it is cut short around the two crossings, so that both
-    lie within a fiftieth, a fifth or a half of one interval."""
-    motion, t, seen = polyline(320, 8), np.linspace(0.0, 1.0, 4001), 0
-    for row in range(320):
+    lie within a fiftieth or a half of one interval."""
+    motion, t, seen = polyline(lines, 8), np.linspace(0.0, 1.0, 1001), 0
+    for row in range(lines):
         poses = motion.at(row + t)
-        for drive in ("12", "13", "23"):
-            arms = oracle.DRIVES[drive]
-            far = distances(poses, (arms[0], arms[1]))
+        for drive, far in distances(poses).items():
             changes = np.flatnonzero(np.diff(np.sign(far)) != 0)
             if len(changes) != 2 or np.abs(far[changes[0] : changes[1]]).max() < 1e-4:
                 continue
             one, two = t[changes]
-            for part in (0.02, 0.2, 0.5):
+            for part in (0.02, 0.5):
                 rest = (two - one) * (1 / part - 1)
                 low, high = max(0.0, one - 0.37 * rest), min(1.0, two + 0.63 * rest)
                 ends = motion.at(row + np.array([low, high]))
                 assert any(b.drive == drive for b in found_between(wide, Polyline(ends)))
                 seen += 1
-    assert seen >= 30
+    assert seen >= lines // 6
 
 
 # --- no false alarms ------------------------------------------------------------------------------
@@ -272,7 +268,7 @@ def test_double_crossings_close_together(wide: pm.Mechanism) -> None:
 
 def test_profiles_give_no_false_alarm(antenna: pm.Mechanism) -> None:
     assert found_between(antenna, rest_to_rest([0, 0], [0.25, -0.1], 5.0, step=0.5)) == []
-    motion = sweep([0, 0], [0.2, 0.1], 0.1, duration=20.0, step=0.3)
+    motion = sweep([0, 0], [0.2, 0.1], [1, 2], 20.0, step=0.3)
     assert found_between(antenna, motion) == []
 
 
@@ -305,9 +301,15 @@ def test_canonical_coordinates_that_jump_at_half_a_turn(end: float) -> None:
     assert whole.success.all()
     still = np.zeros((2401, 3))
     jacobian = demand_path(mech, whole, still, still).actuator_jacobian[:, :, :3]
-    least = np.linalg.svd(jacobian, compute_uv=False)[:, -1].min()
-    assert least > 0.05
-    assert found_between(mech, motion) == []
+    least = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
+    assert least.min() > 20 * np.abs(np.diff(least)).max()  # nowhere near zero between rows
+    # Drive "some" has three of the four legs: its determinant changes sign once on this way.
+    members = [list(mech.actuators).index(a) for a in mech.drive("some")]
+    sign = np.sign(np.linalg.det(jacobian[:, members, :]))
+    crossings = dense[np.flatnonzero(np.diff(sign) != 0)]
+    found = found_between(mech, motion)
+    assert [(b.drive, b.status) for b in found] == [("some", "singular")] * len(crossings)
+    np.testing.assert_allclose([b.time for b in found], crossings, atol=3e-3)
 
 
 def test_a_motion_that_stands_still_is_fine(antenna: pm.Mechanism, wide: pm.Mechanism) -> None:
@@ -315,9 +317,9 @@ def test_a_motion_that_stands_still_is_fine(antenna: pm.Mechanism, wide: pm.Mech
     stay = antenna_motion(np.full(5, 0.2))
     assert found_between(antenna, stay) == []
     theta = float(cranks(T1, np.array([[0.0, 0.2]]))[0, 0])
-    assert found_between(limited(antenna, "arm1", -3.0, theta), stay) == []
-    motion, t = polyline(20, 7), np.linspace(0.0, 20.0, 80001)
-    far = distances(motion.at(t), (0, 1))
+    assert found_between(limited(antenna, "arm1", theta, 3.0), stay) == []
+    motion, t = polyline(20, 7), np.linspace(0.0, 20.0, 20001)
+    far = distances(motion.at(t))["12"]
     k = int(np.flatnonzero(np.diff(np.sign(far)) != 0)[0])
     there = motion.at(t[k] + (t[1] - t[0]) * np.array([far[k] / (far[k] - far[k + 1])]))
     at = Trajectory(("alpha", "beta"), [0.0, 1.0, 2.0], np.repeat(there, 3, axis=0))
