@@ -39,6 +39,8 @@ _LOCATE = 10
 _SLACK = 1e-9
 #: A quantity this small beside its change over half an interval is looked at more closely.
 _STEEP = 0.25
+#: A sample further than this beyond a stop is one for which limits do not count.
+_BEYOND = 1e-6
 #: The motion counts as a parabola when it strays from one by this part of its length.
 _CURVED = 0.1
 #: Shorter than this [rad or characteristic lengths] a motion is a point.
@@ -124,6 +126,9 @@ class _Examination:
         self._act = np.where(sliding, mechanism.length, 1.0)
         self.time = np.asarray(motion.time, dtype=float)
         self.q, self.ok = np.array(path.q), np.array(path.success)
+        # Samples beyond the limits say that limits do not count.
+        stops = self._stops(self.q[self.ok])
+        self._limits = not (stops < -_BEYOND).any()
         self.margins = self._margins(self.q, self.ok)
         self.jacobian = np.array(jacobian)
         self.sigmas = self._sigmas(jacobian)
@@ -133,8 +138,8 @@ class _Examination:
         """Look at the intervals after the given samples."""
         found: list[Breakdown] = []
         pieces = np.column_stack([rows, rows, rows + 1])  # sample before, first and last point
+        pieces = pieces[self._moves(pieces)]
         for depth in range(_DEPTH + 1):
-            pieces = pieces[self._moves(pieces)]
             if not len(pieces):
                 break
             if len(pieces) > _MOST * len(self.time) + 1000:
@@ -169,25 +174,28 @@ class _Examination:
 
     def _solve(self, time: Array, near: Array) -> Array:
         """Indices of new points at the times, each solved from a point near it."""
-        values, mechanism = self.motion.at(time), self.mechanism
-        if labels(mechanism).complete:
-            path = inverse_path(mechanism, values)
-            q, ok = path.q, np.array(path.success)
-            status: list[str] = [str(text) for text in path.status]
-            reason = [path.message(k) for k in range(len(path))]
-        else:
+        values, mechanism, first = self.motion.at(time), self.mechanism, len(self.time)
+        q, ok = np.full((len(time), mechanism.model.nq), np.nan), np.zeros(len(time), dtype=bool)
+        slopes, holds = self._reader.read(self.q[near])
+        told = holds & labels(mechanism).complete
+        # The motion is in the mode of its samples, which need not be that of home.
+        modes = np.sign(slopes)
+        for mode in np.unique(modes[told], axis=0):
+            rows = np.flatnonzero(told & (modes == mode).all(axis=1))
+            guess = verify_closed(mechanism, self.q[near[rows[0]]])
+            path = inverse_path(mechanism, values[rows], guess=guess, limits=self._limits)
+            q[rows], ok[rows] = path.q, path.success
+            for k in np.flatnonzero(~np.asarray(path.success)):
+                where = first + int(rows[k])
+                self.reasons[where] = str(path.status[k]), path.message(int(k))
+        for k in np.flatnonzero(~told):
             # Only continuation from next door tells the branch.
-            found = [
-                inverse(mechanism, x, guess=verify_closed(mechanism, self.q[k]))
-                for x, k in zip(values, near, strict=True)
-            ]
-            ok = np.array([s.success for s in found])
-            blank = np.full(mechanism.model.nq, np.nan)
-            q = np.array([s.state.q if s.state is not None else blank for s in found])
-            status, reason = [s.status for s in found], [s.message for s in found]
-        first = len(self.time)
-        for k in np.flatnonzero(~ok):
-            self.reasons[first + int(k)] = status[k], reason[k]
+            guess = verify_closed(mechanism, self.q[near[k]])
+            found = inverse(mechanism, values[k], guess=guess, limits=self._limits)
+            if found.state is not None:
+                q[k], ok[k] = found.state.q, True
+            else:
+                self.reasons[first + int(k)] = found.status, found.message
         jacobian = np.full((len(q), len(self._act), len(mechanism.outputs)), np.nan)
         if ok.any():
             jacobian[ok], fine = self._jacobians(q[ok])
@@ -221,20 +229,24 @@ class _Examination:
 
     def _margins(self, q: Array, ok: Array) -> Array:
         """(N, m) distances to stops and cones and slopes of limbs, positive where all is well."""
-        mechanism = self.mechanism
-        low, high = np.isfinite(mechanism.lower), np.isfinite(mechanism.upper)
-        filled = np.where(ok[:, None], q, mechanism.home.q)
-        known = labels(mechanism)
-        out = np.hstack(
-            [
-                ((filled - mechanism.lower) / self._units)[:, low],
-                ((mechanism.upper - filled) / self._units)[:, high],
-                self._reader.read(filled)[0] * known.home,
-                cone_margins(mechanism, filled),
-            ]
-        )
+        filled = np.where(ok[:, None], q, self.mechanism.home.q)
+        out = np.abs(self._reader.read(filled)[0])
+        if self._limits:
+            out = np.hstack([out, self._stops(filled)])
         out[~ok] = np.nan
         return out
+
+    def _stops(self, q: Array) -> Array:
+        """(N, m) distances to stops and cones [rad or characteristic lengths] at closed q."""
+        mechanism = self.mechanism
+        low, high = np.isfinite(mechanism.lower), np.isfinite(mechanism.upper)
+        return np.hstack(
+            [
+                ((q - mechanism.lower) / self._units)[:, low],
+                ((mechanism.upper - q) / self._units)[:, high],
+                cone_margins(mechanism, q),
+            ]
+        )
 
     def _sigmas(self, jacobian: Array) -> Array:
         """(N, n_drives) smallest singular value of each drive's Jacobian, dimensionless."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -242,6 +243,57 @@ def test_no_crossing_is_missed_and_none_is_invented(wide: pm.Mechanism, lines: i
     assert none > 0.7 * lines
 
 
+def test_a_crossing_between_samples_that_are_close_together(wide: pm.Mechanism) -> None:
+    """A line across the locus in steps of 1e-6 rad around it: one interval, and the right one."""
+    line, t = polyline(40, 9), np.linspace(0.0, 1.0, 1001)
+    seen = 0
+    for row in range(40):
+        far = distances(line.at(row + t))["12"]
+        changes = np.flatnonzero(np.diff(np.sign(far)) != 0)
+        if len(changes) != 1 or seen == 3:
+            continue
+        seen += 1
+        at = row + np.interp(0.0, np.sort(far[changes[0] : changes[0] + 2]), [0.0, 1.0])
+        one, two = line.at(row + t[changes[0] : changes[0] + 2])
+        share = abs(far[changes[0]]) / np.abs(far[changes[0] : changes[0] + 2]).sum()
+        middle, way = one + share * (two - one), (two - one) / np.linalg.norm(two - one)
+        points = middle + np.linspace(-2e-5, 2e-5, 41)[:, None] * way
+        sign = np.sign(distances(points)["12"])
+        expected = np.flatnonzero(np.diff(sign) != 0)
+        found = [b.row for b in found_between(wide, Polyline(points)) if b.drive == "12"]
+        assert found == expected.tolist(), at
+        assert len(found) == 1
+    assert seen == 3
+
+
+@pytest.mark.parametrize("mode", [-1, 1])
+def test_a_path_in_another_mode_is_examined_in_its_own(wide: pm.Mechanism, mode: int) -> None:
+    rng, seen = np.random.default_rng(10), 0
+    arms = dict.fromkeys(("arm1", "arm2", "arm3"), mode)
+    for _ in range(400):
+        ends = rng.uniform(-0.8, 0.8, (1, 2)) + np.array([[0, 0], rng.uniform(-0.3, 0.3, 2)])
+        poses = ends[0] + np.linspace(0, 1, 401)[:, None] * (ends[1] - ends[0])
+        if not oracle.reachable(T2, *poses.T).all():
+            continue
+        theta = oracle.inverse(T2, *poses.T, branch=-float(mode))
+        far = oracle.jacobians(T2, *poses.T, theta)
+        path = pm.inverse_path(wide, ends, mode=arms, limits=False)
+        for drive, pair in (("12", (0, 1)), ("13", (0, 2)), ("23", (1, 2))):
+            dets = oracle.pair_determinant(far, *pair)
+            if (
+                np.abs(dets).min() < 1e-3 * np.abs(dets).max()
+                and (dets > 0).all() | (dets < 0).all()
+            ):
+                continue
+            still = np.zeros((2, 2))
+            found = pm.inverse_dynamics_path(wide, path, still, still, drive=drive).crossings
+            assert (found == (0,)) == crossed
+            seen += 1
+        if seen > 60:
+            return
+    raise AssertionError("too few lines")
+
+
 @pytest.mark.parametrize("lines", [20, pytest.param(60, marks=pytest.mark.slow)])
 def test_double_crossings_close_together(wide: pm.Mechanism, lines: int) -> None:
     """Where a line crosses the locus twice, it is cut short around the two crossings, so that both
@@ -365,9 +417,9 @@ def test_what_a_smooth_motion_costs(antenna: pm.Mechanism, monkeypatch: pytest.M
     values = 0.25 * np.column_stack([np.sin(t), np.cos(0.7 * t)])
     motion, solved, real = Trajectory(("alpha", "beta"), t, values), [0], between.inverse_path
 
-    def counting(mechanism: pm.Mechanism, rows: Array) -> pm.Path:
+    def counting(mechanism: pm.Mechanism, rows: Array, **options: Any) -> pm.Path:
         solved[0] += len(rows)
-        return real(mechanism, rows)
+        return real(mechanism, rows, **options)
 
     monkeypatch.setattr(between, "inverse_path", counting)
     assert found_between(antenna, motion) == []
