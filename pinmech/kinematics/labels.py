@@ -425,12 +425,14 @@ def mode_of(state: ClosedState) -> dict[str, int | None]:
             return mode
         mode.update(dict.fromkeys(known.single, 1))
         read = [equation.read(state.q, system.data) for equation in known.equations]
+        # A limb that may be anywhere (a chain folded onto itself) is on no branch.
+        loose = undetermined_limbs(mechanism, state.q, system.data)
     off = {e.limb for e, (_, off) in zip(known.equations, read, strict=True) if abs(off) >= HOLDS}
     for limb in mechanism.limbs:
         k = known.of(limb)
         if k is not None:
             relative = np.sign(read[k][0]) * known.home[k]
-            mode[limb] = int(relative) if limb not in off and relative else None
+            mode[limb] = int(relative) if limb not in {*off, *loose} and relative else None
     return mode
 
 
