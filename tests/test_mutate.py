@@ -119,7 +119,7 @@ def test_a_run_of_a_small_tree(tmp_path: Path) -> None:
     assert (tree / "small.py").read_text() == source
     bench = mutate.Bench(tree, tmp_path / "copy")
     endless = next(m for m in find("small.py", source) if m.before == "k + 1")
-    assert bench.trial(endless, ["tests/test_small.py"], 3.0) == "timeout"
+    assert bench.trial(endless, {"tests/test_small.py": 3.0}) == "timeout"
     assert (tmp_path / "copy" / "small.py").read_text() == source
     reasons = {chosen["n * 2", "n / 2"].key: "nobody | calls it"}
     text = mutate.report(outcomes, reasons, "Run")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small import X, Z, joint_text, link_text
 
 import pinmech as pm
 from pinmech.kinematics.solver import wrap_towards
@@ -50,3 +51,37 @@ def test_starts_lie_within_the_limits_or_half_a_turn_around_the_centre(
     assert (found[1:] <= high).all()
     assert (found[1:].min(axis=0) < low + 0.05 * (high - low)).all()
     assert (found[1:].max(axis=0) > high - 0.05 * (high - low)).all()
+
+
+@pytest.mark.parametrize("length", [0.1, 1.0, 10.0])
+def test_a_chain_that_slides_and_turns_under_a_still_platform(length: float) -> None:
+    """A redundant planar chain to a platform that the output already holds: sliding and turning
+    cancel on it, in whatever unit the sliding is counted, so the limbs separate."""
+    free = '<limit lower="-3" upper="3" effort="20" velocity="10"/>'
+    urdf = '<robot name="held">\n'
+    urdf += "".join(map(link_text, ["base", "crank", "car", "u", "v", "platform"]))
+    for name, kind, parent, child, xyz, axis in (
+        ("theta", "revolute", "base", "crank", (0.0, 0.0, 0.0), Z),
+        ("slide", "prismatic", "base", "car", (0.0, 0.0, 0.0), X),
+        ("r1", "revolute", "car", "u", (0.0, 0.0, 0.0), Z),
+        ("r2", "revolute", "u", "v", (0.3, 0.4, 0.0), Z),
+        ("r3", "revolute", "v", "platform", (0.3, -0.2, 0.0), Z),
+    ):
+        urdf += joint_text(name, kind, parent, child, xyz, axis, inner=free)
+    mechanism = pm.from_text(
+        f"""schema: 1
+name: held
+urdf: held.urdf
+platform: platform
+length: {length}
+loops:
+  - {{name: weld, type: fixed, frames: [{{link: crank, xyz: [0.6, 0.2, 0]}}, platform]}}
+actuators:
+  - {{name: theta, joint: theta}}
+outputs: {{kind: joints, names: [theta]}}
+home: {{theta: 0.0}}
+""",
+        urdf + "</robot>",
+    )
+    assert mechanism.home.mode == {"theta": 1, "slide": None}
+    assert pm.inverse(mechanism, [0.2]).unwrap().mode["theta"] == 1
