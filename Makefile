@@ -40,7 +40,7 @@ size-%: $(VENV)/.run
 	$(BIN)/pinmech size scripts/cases/$*.yaml --out out/$*
 
 reproduce: $(VENV)/.run
-	$(BIN)/pinmech reproduce --out out/reproduction
+	$(BIN)/python scripts/reproduce_papers.py --out out/reproduction
 
 test: lint types imports check pytest
 

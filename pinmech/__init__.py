@@ -19,18 +19,21 @@ if TYPE_CHECKING:
     from typing import Any
 
     from pinmech import designs, errors
-    from pinmech.actuation.dynamics import InverseDynamics, forward_dynamics, inverse_dynamics
-    from pinmech.actuation.dynamics_path import DynamicsPath, inverse_dynamics_path
-    from pinmech.actuation.loads import Loads, Payload
-    from pinmech.actuation.sizing import size_actuators
-    from pinmech.actuation.sizing_table import SizingTable
-    from pinmech.actuation.trajectory import Trajectory
+    from pinmech.actuation.forces.dynamics import (
+        InverseDynamics,
+        forward_dynamics,
+        inverse_dynamics,
+    )
+    from pinmech.actuation.forces.dynamics_path import DynamicsPath, inverse_dynamics_path
+    from pinmech.actuation.forces.loads import Loads, Payload
+    from pinmech.actuation.motion.trajectory import Trajectory
+    from pinmech.actuation.sizing.study import size_actuators
+    from pinmech.actuation.sizing.table import SizingTable
     from pinmech.analysis.collision import Collision, collisions
     from pinmech.analysis.mobility import Mobility, mobility
     from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
     from pinmech.analysis.singularity import Singularity, singularity
     from pinmech.errors import PinmechError, SingularError, SolveError
-    from pinmech.kinematics.assembly import from_text, load
     from pinmech.kinematics.forward import forward
     from pinmech.kinematics.inverse import inverse
     from pinmech.kinematics.path import forward_path, inverse_path
@@ -44,28 +47,29 @@ if TYPE_CHECKING:
         velocity,
     )
     from pinmech.kinematics.solution import Path, Solution
-    from pinmech.kinematics.state import ClosedState, verify_closed
-    from pinmech.mechanism.loading import mechanisms
+    from pinmech.mechanism.assembly import from_text, load
     from pinmech.mechanism.mechanism import Mechanism
-    from pinmech.show.viewer import view
+    from pinmech.mechanism.state import ClosedState, verify_closed
+    from pinmech.show.scene.viewer import view
+    from pinmech.structure.loading import mechanisms
 
 __version__ = "0.1.0"
 
 #: Where each public name is. It is imported when first used: ``import pinmech`` is quick, and the
 #: command line can answer an interrupt from its first moment on.
 _HOMES = {
-    "actuation.dynamics": ("InverseDynamics", "forward_dynamics", "inverse_dynamics"),
-    "actuation.dynamics_path": ("DynamicsPath", "inverse_dynamics_path"),
-    "actuation.loads": ("Loads", "Payload"),
-    "actuation.sizing": ("size_actuators",),
-    "actuation.sizing_table": ("SizingTable",),
-    "actuation.trajectory": ("Trajectory",),
+    "actuation.forces.dynamics": ("InverseDynamics", "forward_dynamics", "inverse_dynamics"),
+    "actuation.forces.dynamics_path": ("DynamicsPath", "inverse_dynamics_path"),
+    "actuation.forces.loads": ("Loads", "Payload"),
+    "actuation.sizing.study": ("size_actuators",),
+    "actuation.sizing.table": ("SizingTable",),
+    "actuation.motion.trajectory": ("Trajectory",),
     "analysis.collision": ("Collision", "collisions"),
     "analysis.mobility": ("Mobility", "mobility"),
     "analysis.screws": ("LimbScrews", "ScrewSystem", "limb_screws"),
     "analysis.singularity": ("Singularity", "singularity"),
     "errors": ("PinmechError", "SingularError", "SolveError"),
-    "kinematics.assembly": ("from_text", "load"),
+    "mechanism.assembly": ("from_text", "load"),
     "kinematics.forward": ("forward",),
     "kinematics.inverse": ("inverse",),
     "kinematics.path": ("forward_path", "inverse_path"),
@@ -79,10 +83,10 @@ _HOMES = {
         "velocity",
     ),
     "kinematics.solution": ("Path", "Solution"),
-    "kinematics.state": ("ClosedState", "verify_closed"),
-    "mechanism.loading": ("mechanisms",),
+    "mechanism.state": ("ClosedState", "verify_closed"),
+    "structure.loading": ("mechanisms",),
     "mechanism.mechanism": ("Mechanism",),
-    "show.viewer": ("view",),
+    "show.scene.viewer": ("view",),
 }
 _HOME = {name: f"pinmech.{module}" for module, names in _HOMES.items() for name in names}
 #: Parts of the package that are there without an import of their own.

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 import trajectory_script
 
-from pinmech.actuation.trajectory import Trajectory
+from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.errors import MissingExtraError, PinmechError
 
 TLE = (

@@ -26,7 +26,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import trajectory_script
 
-from pinmech.actuation.trajectory import Trajectory
+from pinmech.actuation.motion.trajectory import Trajectory
 
 LATITUDE, LONGITUDE = 48.0, 11.0  # deg, east positive
 DAY = datetime(2024, 6, 21, tzinfo=UTC)

@@ -1,7 +1,7 @@
 """A mutation run: does some test fail when the code is wrong?
 
     python scripts/mutate.py                      300 mutants, seed 1, 2 processes
-    python scripts/mutate.py --count 20 --only pinmech/actuation/sharing.py --minutes 10
+    python scripts/mutate.py --count 20 --only pinmech/actuation/forces/sharing.py --minutes 10
 
 Each mutant (mutants.py) is tried in a copy of the tree with the tests of its module, the nearest
 ones first, until one fails. Which mutants are taken depends on the seed and the code alone. The
@@ -35,13 +35,15 @@ from mutants import Mutant, apply, find
 ROOT = Path(__file__).resolve().parents[1]
 ACCEPTED = Path(__file__).with_name("mutants_accepted.toml")
 TARGETS = (
+    "pinmech/structure/closures.py",
+    "pinmech/equations/*.py",
+    "pinmech/mechanism/closing.py",
+    "pinmech/mechanism/assembly.py",
     "pinmech/kinematics/*.py",
-    "pinmech/mechanism/closures.py",
-    *(f"pinmech/actuation/{name}.py" for name in (
-        "between", "demand", "dynamics*", "sharing", "standing", "holding", "friction", "overflow",
-        "lean", "loads", "sizing*",
-    )),
-)  # fmt: skip
+    "pinmech/actuation/motion/between.py",
+    "pinmech/actuation/forces/*.py",
+    "pinmech/actuation/sizing/[rst]*.py",
+)
 
 
 def _tests(folder: str, names: str) -> list[str]:
@@ -49,63 +51,77 @@ def _tests(folder: str, names: str) -> list[str]:
 
 
 def _for(modules: str, tests: list[str]) -> dict[str, list[str]]:
-    """The same tests for several modules of the kinematics."""
-    return {f"pinmech/kinematics/{name}.py": tests for name in modules.split()}
+    """The same tests for several modules."""
+    return {f"pinmech/{name}.py": tests for name in modules.split()}
 
 
 _BUILT = _tests("mechanisms", "gpr spherical_3paur decoupled hybrid")
+_FORCES = "actuation/forces"
 #: Pattern of modules -> tests in the order in which they are tried: what is about the module first,
 #: and no more than a minute or so in all, which is what a survivor costs. Files that are not there
 #: are left out; a test named after the module always goes first.
 TESTS: dict[str, list[str]] = {
-    "pinmech/actuation/sizing*": [
-        *_tests("actuation", "sizing"), "tests/show/test_tables.py",
-        *_tests("actuation", "overflow holding cases_shipped"), "tests/test_readme.py",
+    "pinmech/actuation/sizing/*": [
+        *_tests("actuation/sizing", "sizing"), "tests/show/test_tables.py",
+        *_tests(_FORCES, "overflow holding"), *_tests("actuation/sizing", "cases_shipped"),
+        "tests/test_readme.py",
     ],
-    "pinmech/actuation/between.py": _tests("actuation", "between dynamics_path sizing"),
-    "pinmech/actuation/demand.py": _tests(
-        "actuation", "dynamics_path foreign_paths dynamics overflow holding sizing friction"
-    ),
-    "pinmech/actuation/dynamics_path.py": _tests(
-        "actuation", "dynamics_path foreign_paths overflow holding sizing friction between"
-    ),
-    "pinmech/actuation/*": _tests(
-        "actuation",
-        "dynamics dynamics_reactions mujoco sharing overflow holding dynamics_path sizing friction",
-    ),
-    "pinmech/mechanism/closures.py": [
-        *_tests("mechanism", "closures"), *_tests("kinematics", "jacobians"),
-        *_tests("mechanism", "known_mobility"), *_tests("actuation", "dynamics_reactions"),
-        *_tests("kinematics", "assembly"),
+    "pinmech/actuation/motion/between.py": [
+        *_tests("actuation/motion", "between"), *_tests(_FORCES, "dynamics_path"),
+        *_tests("actuation/sizing", "sizing"),
+    ],
+    "pinmech/actuation/forces/demand.py": [
+        *_tests(_FORCES, "dynamics_path foreign_paths dynamics overflow holding"),
+        *_tests("actuation/sizing", "sizing"), *_tests(_FORCES, "friction"),
+    ],
+    "pinmech/actuation/forces/dynamics_path.py": [
+        *_tests(_FORCES, "dynamics_path foreign_paths overflow holding"),
+        *_tests("actuation/sizing", "sizing"), *_tests(_FORCES, "friction"),
+        *_tests("actuation/motion", "between"),
+    ],
+    "pinmech/actuation/forces/*": [
+        *_tests(_FORCES, "dynamics dynamics_reactions mujoco sharing overflow holding"),
+        *_tests(_FORCES, "dynamics_path"), *_tests("actuation/sizing", "sizing"),
+        *_tests(_FORCES, "friction"),
+    ],
+    "pinmech/structure/closures.py": [
+        *_tests("structure", "closures"), *_tests("kinematics", "jacobians"),
+        *_tests("analysis", "known_mobility"), *_tests(_FORCES, "dynamics_reactions"),
+        *_tests("mechanism", "assembly"),
     ],
     "pinmech/kinematics/forward.py": [
         *_tests("kinematics", "forward limits platforms"), *_BUILT,
         *_tests("kinematics", "modes properties"),
     ],
-    **_for("assembly closing nearest starts state scaling", [
-        *_tests("kinematics", "assembly inverse jacobians cones limits modes assembly_hard"),
-        *_tests("analysis", "mobility singularity_more"), *_BUILT, "tests/test_arguments.py",
+    **_for("mechanism/assembly mechanism/closing equations/approach equations/starts "
+           "equations/scaling", [
+        *_tests("mechanism", "assembly"),
+        *_tests("kinematics", "inverse jacobians cones limits modes"),
+        *_tests("mechanism", "assembly_hard"), *_tests("analysis", "mobility singularity_more"),
+        *_BUILT, "tests/test_arguments.py",
     ]),
-    **_for("cones misalignment motion", [
-        *_tests("kinematics", "cones assembly labels limits inverse assembly_hard"),
+    **_for("equations/cones equations/misalignment equations/motions", [
+        *_tests("kinematics", "cones"), *_tests("mechanism", "assembly"),
+        *_tests("kinematics", "labels limits inverse"), *_tests("mechanism", "assembly_hard"),
         *_tests("analysis", "mobility"), *_BUILT,
     ]),
     "pinmech/kinematics/rates.py": [
-        *_tests("kinematics", "jacobians properties platforms"), *_tests("actuation", "dynamics"),
+        *_tests("kinematics", "jacobians properties platforms"), *_tests(_FORCES, "dynamics"),
         *_BUILT, "tests/test_arguments.py",
     ],
-    "pinmech/kinematics/firstorder.py": [
-        *_tests("analysis", "mobility screws singularity_more"),
-        *_tests("mechanism", "known_mobility"), *_tests("kinematics", "jacobians"),
-        *_tests("actuation", "dynamics dynamics_reactions"), *_BUILT,
+    "pinmech/equations/firstorder.py": [
+        *_tests("analysis", "mobility screws singularity_more known_mobility"),
+        *_tests("kinematics", "jacobians"), *_tests(_FORCES, "dynamics dynamics_reactions"),
+        *_BUILT,
     ],
-    "pinmech/kinematics/rows.py": [
-        *_tests("actuation", "foreign_paths dynamics_path"), "tests/test_travel.py",
+    "pinmech/equations/closed_rows.py": [
+        *_tests(_FORCES, "foreign_paths dynamics_path"), "tests/test_travel.py",
     ],
-    "pinmech/kinematics/*": [
-        *_tests("kinematics", "small_parts modes_linkages path modes limits properties platforms"),
+    **{f"pinmech/{floor}/*": [
+        *_tests("equations", "small_parts"),
+        *_tests("kinematics", "modes_linkages path modes limits properties platforms"),
         *_BUILT, *_tests("kinematics", "labels inverse"),
-    ],
+    ] for floor in ("equations", "kinematics")},
 }  # fmt: skip
 _IGNORED = (".git", ".venv", "out", "*.egg-info", "__pycache__", ".*_cache")
 SHARE = 0.9

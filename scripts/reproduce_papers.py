@@ -14,8 +14,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from papers import Reproduction, read_verdicts, reproduce, worse
+
 from pinmech.errors import PinmechError
-from pinmech.reports import Reproduction, read_verdicts, reproduce, worse
 
 COMMITTED = Path(__file__).resolve().parents[1] / "docs" / "reproduction"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pinmech.actuation.trajectory import Trajectory
+from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.errors import PinmechError
 
 TOLERANCE = 1e-9  # rad

@@ -17,8 +17,8 @@ from pathlib import Path
 import pinmech as pm
 from pinmech.cli.values import quantities
 from pinmech.errors import PinmechError, SolveError
-from pinmech.show.pages import view_trajectory
-from pinmech.show.viewer import Viewer
+from pinmech.show.scene.pages import view_trajectory
+from pinmech.show.scene.viewer import Viewer
 
 
 def make(name: str, outputs: str | None, trajectory: Path | None) -> Viewer:

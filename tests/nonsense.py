@@ -12,8 +12,8 @@ import numpy as np
 import pinocchio as pin
 
 import pinmech as pm
-from pinmech.actuation import profiles
-from pinmech.actuation.case import Case, LoadCase
+from pinmech.actuation.motion import profiles
+from pinmech.actuation.sizing.case import Case, LoadCase
 
 Call = Callable[[Any], object]
 

@@ -13,9 +13,9 @@ import pytest
 from nonsense import NONSENSE, Subjects, calls
 
 import pinmech as pm
-from pinmech.actuation.case import Case, LoadCase
+from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.mechanism.numeric import number, numbers
+from pinmech.numeric import number, numbers
 
 #: Callables, which are what these arguments want; what they raise is their own affair.
 CALLED = {"type", "function", "class"}

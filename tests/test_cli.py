@@ -18,7 +18,7 @@ from pinmech.cli import app as commands
 from pinmech.cli.run import run
 from pinmech.cli.values import assignments, modes, quantity
 from pinmech.errors import InputError
-from pinmech.show.console import REACTION_PARTS
+from pinmech.show.terminal.console import REACTION_PARTS
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "scripts" / "view.py"

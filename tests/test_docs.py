@@ -34,6 +34,7 @@ def commands() -> list[tuple[str, str]]:
 
 def run(arguments: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     environment = dict(os.environ, MPLBACKEND="Agg", COLUMNS="120")
+    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(ROOT / "scripts")])
     environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), environment["PATH"]])
     return subprocess.run(
         arguments, cwd=folder, env=environment, capture_output=True, text=True, timeout=300

@@ -74,9 +74,15 @@ def test_the_choice_depends_on_the_seed_and_on_nothing_else() -> None:
     assert first == mutate.choose(ROOT, mutate.TARGETS, 300, 1)
     assert len({m.key for m in first}) == 300
     assert first != mutate.choose(ROOT, mutate.TARGETS, 300, 2)
-    assert {m.file.split("/")[1] for m in first} == {"kinematics", "mechanism", "actuation"}
-    few = mutate.choose(ROOT, ["pinmech/actuation/sharing.py"], 10**6, 1)
-    assert {m.file for m in few} == {"pinmech/actuation/sharing.py"}
+    assert {m.file.split("/")[1] for m in first} == {
+        "structure",
+        "equations",
+        "mechanism",
+        "kinematics",
+        "actuation",
+    }
+    few = mutate.choose(ROOT, ["pinmech/actuation/forces/sharing.py"], 10**6, 1)
+    assert {m.file for m in few} == {"pinmech/actuation/forces/sharing.py"}
     assert any(m.before == "a.shape[0] <= a.shape[1]" for m in few)
 
 
@@ -86,7 +92,9 @@ def test_every_target_has_tests() -> None:
         tests = mutate.nearest_first(file, ROOT)
         assert len(tests) >= 3, file
         assert all((ROOT / test).is_file() for test in tests)
-    assert mutate.nearest_first("pinmech/actuation/sharing.py", ROOT)[0].endswith("test_sharing.py")
+    assert mutate.nearest_first("pinmech/actuation/forces/sharing.py", ROOT)[0].endswith(
+        "test_sharing.py"
+    )
 
 
 def test_accepted_survivors_exist_and_have_reasons() -> None:

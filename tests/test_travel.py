@@ -18,8 +18,8 @@ import workers
 from small import GOOD
 
 import pinmech as pm
-from pinmech.actuation import profiles
-from pinmech.actuation.case import Case, LoadCase
+from pinmech.actuation.motion import profiles
+from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.errors import (
     CaseError,
     DescriptionError,

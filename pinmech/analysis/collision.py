@@ -9,9 +9,9 @@ import pinocchio as pin
 
 from pinmech.errors import InputError
 from pinmech.kinematics.arguments import closed
-from pinmech.kinematics.state import ClosedState
-from pinmech.mechanism.geometry import read_shapes
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.state import ClosedState
+from pinmech.structure.shapes import read_shapes
 
 #: A body without shapes whose joints lie within this part of the characteristic length of each
 #: other is a piece of a joint: the cross of a universal one, say.

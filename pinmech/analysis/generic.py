@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pinmech.kinematics.memo import per_mechanism
-from pinmech.kinematics.motion import motions_at
-from pinmech.kinematics.walks import nearby
+from pinmech.equations.memo import per_mechanism
+from pinmech.equations.motions import motions_at
+from pinmech.equations.samples import nearby
 from pinmech.mechanism.mechanism import Mechanism
 
 

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pinmech.equations.motions import Motions, split_motions
+from pinmech.equations.scaling import RANK, scaled_closure_jacobian, velocity_scale
+from pinmech.equations.solver import Problem, minimise, newton
 from pinmech.errors import InputError, UnknownNameError
+from pinmech.frozen import Sealed, Table
 from pinmech.kinematics.arguments import closed
-from pinmech.kinematics.motion import Motions, split_motions
-from pinmech.kinematics.scaling import RANK, scaled_closure_jacobian, velocity_scale
-from pinmech.kinematics.solver import Problem, minimise, newton
-from pinmech.kinematics.state import ClosedState, close
-from pinmech.mechanism.closures import ClosureSystem, relative_placement, row_wrenches
-from pinmech.mechanism.frozen import Sealed, Table
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import shown
+from pinmech.mechanism.state import ClosedState, close
+from pinmech.numeric import shown
+from pinmech.structure.closures import ClosureSystem, relative_placement, row_wrenches
 
 Array = np.ndarray
 

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from pinmech.equations.scaling import frame_twist, null_space
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import closed, numbers
-from pinmech.kinematics.scaling import frame_twist, null_space
-from pinmech.kinematics.state import ClosedState
-from pinmech.mechanism.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
-from pinmech.mechanism.limbs import BASE, Limb
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import flag, shown, shown_name
+from pinmech.mechanism.state import ClosedState
+from pinmech.numeric import flag, shown, shown_name
+from pinmech.structure.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
+from pinmech.structure.limbs import BASE, Limb
 
 Array = np.ndarray
 

@@ -16,11 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pinmech.analysis.generic import generic_rank
-from pinmech.errors import InputError
-from pinmech.kinematics.arguments import closed
-from pinmech.kinematics.motion import motions_at
-from pinmech.kinematics.rates import SINGULAR
-from pinmech.kinematics.scaling import (
+from pinmech.equations.motions import motions_at
+from pinmech.equations.scaling import (
     frame_twist,
     output_scale,
     scaled_closure_jacobian,
@@ -28,9 +25,12 @@ from pinmech.kinematics.scaling import (
     selector,
     velocity_scale,
 )
-from pinmech.kinematics.state import ClosedState
-from pinmech.mechanism.frozen import Sealed, Table, frozen
-from pinmech.mechanism.numeric import number
+from pinmech.errors import InputError
+from pinmech.frozen import Sealed, Table, frozen
+from pinmech.kinematics.arguments import closed
+from pinmech.kinematics.rates import SINGULAR
+from pinmech.mechanism.state import ClosedState
+from pinmech.numeric import number
 
 Array = np.ndarray
 

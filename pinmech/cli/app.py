@@ -25,14 +25,13 @@ from pinmech.cli.arguments import (
     read_outputs,
     read_pose,
 )
+from pinmech.description.schema import json_schema
 from pinmech.errors import InputError
 from pinmech.files.names import slug
-from pinmech.mechanism.loading import find_description, read_file
-from pinmech.mechanism.spec import json_schema
-from pinmech.show import console as show
-from pinmech.show import records
-from pinmech.show.progress import progress_bar
 from pinmech.show.tables import console
+from pinmech.show.terminal import console as show
+from pinmech.show.terminal import records
+from pinmech.structure.loading import find_description, read_file
 
 app = typer.Typer(
     name="pinmech",
@@ -63,7 +62,6 @@ def root(
       pinmech mobility antenna_3rsu
       pinmech size antenna_relay --out out
       pinmech view antenna_3rsu alpha=10 beta=5 --out page.html
-      pinmech reproduce --out reproduction
 
     \b
     [bold]Exit codes[/bold]
@@ -235,34 +233,6 @@ def size(
 
 
 @app.command()
-def reproduce(
-    out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder for the files; made if need be.")
-    ] = Path("out/reproduction"),
-    figures: Annotated[bool, typer.Option(help="Draw the figures too.")] = True,
-) -> None:
-    """Every number that the four papers print, beside what the models say, with a verdict.
-
-    Writes a table for each paper as Markdown and CSV, and the figures as PNG.
-
-    \b
-    pinmech reproduce --out out/reproduction
-    """
-    from pinmech.reports import reproduce as regenerate
-
-    to = console()
-    with progress_bar(to) as progress:
-        found = regenerate(out, progress, figures=figures)
-    rows = [
-        (table.name, verdict, str(count))
-        for table in found.tables
-        for verdict, count in found.counts(table.name).items()
-    ]
-    to.print(show.table(("paper", "verdict", "items"), rows, right=(2,)))
-    show.print_line(to, f"wrote {len(found.files)} files, see {found.files[0]}")
-
-
-@app.command()
 def view(
     name: Name,
     outputs: Outputs = None,
@@ -286,7 +256,7 @@ def view(
     pinmech view antenna_3rsu alpha=10 beta=5 --out page.html --open
     pinmech view antenna_3rsu --trajectory scripts/trajectories/relay_iss.csv
     """
-    from pinmech.show.pages import view_trajectory
+    from pinmech.show.scene.pages import view_trajectory
 
     mechanism = load_mechanism(name)
     if trajectory is None:

@@ -14,12 +14,12 @@ import typer
 import pinmech as pm
 from pinmech.cli import values as typed
 from pinmech.kinematics.solution import Solution
-from pinmech.kinematics.state import ClosedState
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.show import console as show
-from pinmech.show import records
-from pinmech.show.progress import progress_bar
+from pinmech.mechanism.state import ClosedState
 from pinmech.show.tables import console
+from pinmech.show.terminal import console as show
+from pinmech.show.terminal import records
+from pinmech.show.terminal.progress import progress_bar
 
 Name = Annotated[
     str, typer.Argument(metavar="NAME", help="A built-in mechanism, or a description file.")

@@ -23,7 +23,7 @@ from pinmech.designs.parts import Design, made
 from pinmech.designs.planar_3r import Planar3R, planar_3r
 from pinmech.designs.spherical_3paur import Spherical3PaUR
 from pinmech.errors import InputError
-from pinmech.mechanism.numeric import shown
+from pinmech.numeric import shown
 
 if TYPE_CHECKING:
     from pinmech.mechanism.mechanism import Mechanism
@@ -58,7 +58,7 @@ def assemble(design: Design) -> Mechanism:
         raise InputError(
             f"needs a Design, as in Antenna3RSU(R=0.2).build('mine'), got {shown(design)}"
         )
-    from pinmech.kinematics.assembly import from_text
+    from pinmech.mechanism.assembly import from_text
 
     return from_text(design.description, design.urdf)
 

@@ -48,7 +48,7 @@ from pinmech.designs.solids import (
     sphere,
 )
 from pinmech.errors import InputError
-from pinmech.mechanism.numeric import one_of
+from pinmech.numeric import one_of
 
 #: Azimuths of the arms 1, 2, 3 [rad].
 AZIMUTHS = (0.0, -2.0 * math.pi / 3.0, 2.0 * math.pi / 3.0)

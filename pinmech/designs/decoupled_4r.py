@@ -44,7 +44,7 @@ from pinmech.designs.solids import (
     placement,
 )
 from pinmech.errors import InputError
-from pinmech.mechanism.numeric import numbers, shown
+from pinmech.numeric import numbers, shown
 
 
 @dataclass(frozen=True)

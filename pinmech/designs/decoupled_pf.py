@@ -45,7 +45,7 @@ from pinmech.designs.solids import (
     placement,
     rotation,
 )
-from pinmech.mechanism.numeric import one_of
+from pinmech.numeric import one_of
 
 PAIRS = ("F", "PPR", "RPR", "3R")
 

@@ -18,11 +18,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from pinmech.description.schema import LARGEST
 from pinmech.designs.solids import Array, Point, Solid, mass_properties, placement
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.mechanism.numeric import number as number_of
-from pinmech.mechanism.numeric import shown
-from pinmech.mechanism.spec import LARGEST
+from pinmech.numeric import number as number_of
+from pinmech.numeric import shown
 
 #: Colours by what a part is (red, green, blue, opacity).
 PAINTS: dict[str, tuple[float, float, float, float]] = {

@@ -63,7 +63,7 @@ from pinmech.designs.solids import (
     unit,
 )
 from pinmech.errors import InputError
-from pinmech.mechanism.numeric import numbers, one_of
+from pinmech.numeric import numbers, one_of
 
 CUTS = ("platform", "crank")
 BACK = (0.0, -1.0, 0.0)  # the direction of v at home, in limb axes

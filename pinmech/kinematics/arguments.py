@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.state import ClosedState, check_mechanism
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import flag, numbers, positive, shown, shown_name
-from pinmech.mechanism.same_geometry import same_geometry
+from pinmech.mechanism.state import ClosedState, check_mechanism
+from pinmech.numeric import flag, numbers, positive, shown, shown_name
+from pinmech.structure.same_geometry import same_geometry
 
 Array = np.ndarray
 Values = Mapping[str, float] | Sequence[float] | Array

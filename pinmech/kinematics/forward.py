@@ -7,39 +7,39 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.arguments import asked, guess_state, vector
-from pinmech.kinematics.blocks import holds_platform
-from pinmech.kinematics.labels import holds_at, labels, meeting_limbs
-from pinmech.kinematics.motion import (
+from pinmech.equations.approach import nearest_approach
+from pinmech.equations.continuation import JointLine, follow
+from pinmech.equations.labels import holds_at, labels, meeting_limbs
+from pinmech.equations.limbrows import holds_platform
+from pinmech.equations.motions import (
     idle_freedoms,
     input_mobility,
     least_held,
     limb_of,
     motions_at,
 )
-from pinmech.kinematics.nearest import nearest_approach
-from pinmech.kinematics.outputs import describe
-from pinmech.kinematics.scaling import (
+from pinmech.equations.outputs import describe
+from pinmech.equations.scaling import (
     frame_twist,
     scaled_closure_jacobian,
     selector,
     velocity_scale,
 )
-from pinmech.kinematics.solution import CONVERGED, Solution, as_status
-from pinmech.kinematics.solver import (
+from pinmech.equations.solver import (
     Problem,
     limit_breaches,
     minimise,
     newton,
     wrap_towards,
 )
-from pinmech.kinematics.starts import starts
-from pinmech.kinematics.state import ClosedState, close
-from pinmech.kinematics.tracking import JointLine, follow
+from pinmech.equations.starts import starts
+from pinmech.errors import InputError, UnknownNameError
+from pinmech.kinematics.arguments import asked, guess_state, vector
+from pinmech.kinematics.solution import CONVERGED, Solution, as_status
 from pinmech.kinematics.warm import Warm
-from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.state import ClosedState, close
+from pinmech.structure.closures import ClosureSystem
 
 Array = np.ndarray
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 import pinocchio as pin
 
-from pinmech.kinematics.arguments import Values, asked, guess_state, vector
-from pinmech.kinematics.blocks import blocks
-from pinmech.kinematics.labels import (
+from pinmech.equations.approach import nearest_approach
+from pinmech.equations.continuation import JointLine, Line, PoseLine, Tracked, follow
+from pinmech.equations.labels import (
     agrees,
     labels,
     meeting_limbs,
@@ -17,27 +17,27 @@ from pinmech.kinematics.labels import (
     undetermined_limbs,
     wanted_signs,
 )
-from pinmech.kinematics.limbequation import HOLDS, Poses, poses_at
-from pinmech.kinematics.limbsolve import LimbSolver
-from pinmech.kinematics.memo import per_mechanism
-from pinmech.kinematics.motion import least_held, limb_of
-from pinmech.kinematics.nearest import nearest_approach
-from pinmech.kinematics.outputs import describe, output_values, pose_of
-from pinmech.kinematics.scaling import scaled_output_jacobian
-from pinmech.kinematics.solution import CONVERGED, Solution, as_status
-from pinmech.kinematics.solver import (
+from pinmech.equations.limbequation import HOLDS, Poses, poses_at
+from pinmech.equations.limbrows import blocks
+from pinmech.equations.memo import per_mechanism
+from pinmech.equations.motions import least_held, limb_of
+from pinmech.equations.outputs import describe, output_values, pose_of
+from pinmech.equations.scaling import scaled_output_jacobian
+from pinmech.equations.solver import (
     Pose,
     Problem,
     limit_breaches,
     newton,
     wrap_towards,
 )
-from pinmech.kinematics.starts import starts
-from pinmech.kinematics.state import CLOSED, ClosedState, close
-from pinmech.kinematics.tracking import JointLine, Line, PoseLine, Tracked, follow
+from pinmech.equations.starts import starts
+from pinmech.kinematics.arguments import Values, asked, guess_state, vector
+from pinmech.kinematics.limbsolve import LimbSolver
+from pinmech.kinematics.solution import CONVERGED, Solution, as_status
 from pinmech.kinematics.warm import Warm
-from pinmech.mechanism.closures import ClosureSystem
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.state import CLOSED, ClosedState, close
+from pinmech.structure.closures import ClosureSystem
 
 Array = np.ndarray
 
@@ -87,7 +87,7 @@ def inverse(
 class InverseSolver:
     """Inverse kinematics with everything prepared that does not depend on the pose.
 
-    Where the labels are complete (:mod:`pinmech.kinematics.labels`), a closed state with the right
+    Where the labels are complete (:mod:`pinmech.equations.labels`), a closed state with the right
     outputs and labels is the answer, however it was found: by Newton from the start, else from the
     roots of the limbs' equations, which also say what is out of reach. Where they are not, or the
     guess is where no label holds (``signs`` is None), only the continuation along a straight line

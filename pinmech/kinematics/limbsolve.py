@@ -1,6 +1,6 @@
 """Solving one limb at a time with the platform held: where it is in a working mode, or why not.
 
-The limb's equation (:mod:`pinmech.kinematics.limbequation`) gives the actuator at once, or says
+The limb's equation (:mod:`pinmech.equations.limbequation`) gives the actuator at once, or says
 that there is no value for it. What is left are passive joints, for which Newton is started from
 where they are and from random values.
 """
@@ -16,10 +16,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from pinmech.kinematics.blocks import Block
-from pinmech.kinematics.cones import cone_breaches, limited_loops
-from pinmech.kinematics.labels import Labels, labels
-from pinmech.kinematics.limbequation import (
+from pinmech.equations.cones import cone_breaches, limited_loops
+from pinmech.equations.labels import Labels, labels
+from pinmech.equations.limbequation import (
     HOLDS,
     Expansion,
     LimbEquation,
@@ -27,7 +26,8 @@ from pinmech.kinematics.limbequation import (
     poses_at,
     undetermined,
 )
-from pinmech.kinematics.solver import (
+from pinmech.equations.limbrows import Block
+from pinmech.equations.solver import (
     Pose,
     Problem,
     limit_breaches,
@@ -36,9 +36,9 @@ from pinmech.kinematics.solver import (
     newton,
     wrap_towards,
 )
-from pinmech.kinematics.starts import starts
-from pinmech.mechanism.closures import ClosureSystem, relative_placement, sense_fault
+from pinmech.equations.starts import starts
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.structure.closures import ClosureSystem, relative_placement, sense_fault
 
 Array = np.ndarray
 

@@ -12,17 +12,17 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from pinmech.equations.cones import limited_loops, within_cones
+from pinmech.equations.continuation import LONGEST_MOVE
+from pinmech.equations.labels import wanted_signs
+from pinmech.equations.outputs import output_rows
 from pinmech.kinematics.arguments import LARGEST, asked, guess_state, matrix, numbers, sensible
-from pinmech.kinematics.cones import limited_loops, within_cones
 from pinmech.kinematics.forward import CONSISTENT, ForwardSolver
 from pinmech.kinematics.inverse import InverseSolver
-from pinmech.kinematics.labels import wanted_signs
-from pinmech.kinematics.outputs import output_rows
 from pinmech.kinematics.solution import CONVERGED, Path, Solution
-from pinmech.kinematics.state import ClosedState
-from pinmech.kinematics.tracking import LONGEST_MOVE
 from pinmech.kinematics.warm import Warm, forward_warm, inverse_warm
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.state import ClosedState
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]

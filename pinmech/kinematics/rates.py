@@ -10,11 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.errors import InputError, SingularError, UnknownNameError
-from pinmech.kinematics.arguments import Values, closed, numbers, vector
-from pinmech.kinematics.firstorder import first_order_only
-from pinmech.kinematics.motion import Motions, motions_at
-from pinmech.kinematics.scaling import (
+from pinmech.equations.firstorder import first_order_only
+from pinmech.equations.motions import Motions, motions_at
+from pinmech.equations.scaling import (
     RANK,
     frame_twist,
     output_scale,
@@ -23,10 +21,12 @@ from pinmech.kinematics.scaling import (
     selector,
     velocity_scale,
 )
-from pinmech.kinematics.state import ClosedState
-from pinmech.mechanism.closures import ClosureSystem
+from pinmech.errors import InputError, SingularError, UnknownNameError
+from pinmech.kinematics.arguments import Values, closed, numbers, vector
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import shown_name
+from pinmech.mechanism.state import ClosedState
+from pinmech.numeric import shown_name
+from pinmech.structure.closures import ClosureSystem
 
 Array = np.ndarray
 

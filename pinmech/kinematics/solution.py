@@ -9,10 +9,10 @@ from typing import Literal, cast, get_args
 import numpy as np
 
 from pinmech.errors import InputError, SolveError
-from pinmech.kinematics.state import ClosedState, check_mechanism, verify_closed
-from pinmech.mechanism.frozen import Sealed, Table, frozen
+from pinmech.frozen import Sealed, Table, frozen
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import shown, whole
+from pinmech.mechanism.state import ClosedState, check_mechanism, verify_closed
+from pinmech.numeric import shown, whole
 
 Array = np.ndarray
 

@@ -14,13 +14,13 @@ import math
 import numpy as np
 from scipy.linalg import lapack
 
-from pinmech.kinematics.labels import LabelReader, agrees, labels
-from pinmech.kinematics.scaling import RANK
-from pinmech.kinematics.solver import CLAMP
-from pinmech.kinematics.state import CLOSED
-from pinmech.kinematics.tracking import CONTRACTION, LONGEST_MOVE
-from pinmech.mechanism.closures import ClosureSystem
+from pinmech.equations.continuation import CONTRACTION, LONGEST_MOVE
+from pinmech.equations.labels import LabelReader, agrees, labels
+from pinmech.equations.scaling import RANK
+from pinmech.equations.solver import CLAMP
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.mechanism.state import CLOSED
+from pinmech.structure.closures import ClosureSystem
 
 Array = np.ndarray
 

@@ -10,13 +10,13 @@ import numpy as np
 import pinocchio as pin
 from lxml import etree
 
+from pinmech.description.schema import Description
+from pinmech.description.urdf import MOVING, Urdf, read_urdf
+from pinmech.description.yamlfile import read_text
 from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
-from pinmech.mechanism.loading import build_mechanism, data_folder, is_file, is_folder, mechanisms
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.numeric import names_of, number, shown
-from pinmech.mechanism.spec import Description
-from pinmech.mechanism.urdf import MOVING, Urdf, read_urdf
-from pinmech.mechanism.yamlfile import read_text
+from pinmech.numeric import names_of, number, shown
+from pinmech.structure.loading import build_mechanism, data_folder, is_file, is_folder, mechanisms
 
 
 def arms() -> dict[str, Path]:

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from pinmech.description.schema import Description
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.mechanism import closures
-from pinmech.mechanism.closures import ClosureSystem, Frame, Loop
-from pinmech.mechanism.frozen import Table, frozen
-from pinmech.mechanism.limbs import Limb
-from pinmech.mechanism.numeric import flag, numbers, shown, shown_name
-from pinmech.mechanism.same_geometry import geometry_of, tree_of
-from pinmech.mechanism.spec import Description
+from pinmech.frozen import Table, frozen
+from pinmech.numeric import flag, numbers, shown, shown_name
+from pinmech.structure import closures
+from pinmech.structure.closures import ClosureSystem, Frame, Loop
+from pinmech.structure.limbs import Limb
+from pinmech.structure.same_geometry import geometry_of, tree_of
 
 if TYPE_CHECKING:
-    from pinmech.kinematics.state import ClosedState
+    from pinmech.mechanism.state import ClosedState
 
 Array = np.ndarray
 

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import pinocchio as pin
 
+from pinmech.description.schema import Description
+from pinmech.description.urdf import read_urdf
 from pinmech.errors import InputError
-from pinmech.mechanism.loading import build_mechanism
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.spec import Description
-from pinmech.mechanism.urdf import read_urdf
+from pinmech.structure.loading import build_mechanism
 
 
 class Luggage(NamedTuple):

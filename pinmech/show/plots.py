@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pinmech.actuation.sizing_rows import History
-from pinmech.actuation.sizing_table import SizingTable
+from pinmech.actuation.sizing.rows import History
+from pinmech.actuation.sizing.table import SizingTable
 from pinmech.errors import MissingExtraError, UnknownNameError
 from pinmech.files.atomic import write_bytes
 from pinmech.files.names import slugs

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pinmech.actuation.case import Case, load_case_file
-from pinmech.actuation.sizing import size_actuators
-from pinmech.actuation.sizing_table import SizingTable
+from pinmech.actuation.sizing.case import Case, load_case_file
+from pinmech.actuation.sizing.study import size_actuators
+from pinmech.actuation.sizing.table import SizingTable
 from pinmech.errors import InputError
 from pinmech.files.names import slug
 from pinmech.show.plots import save_torque_plots
-from pinmech.show.progress import progress_bar
 from pinmech.show.tables import print_table
+from pinmech.show.terminal.progress import progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -79,7 +79,7 @@ def report(case: Case | str | Path, folder: str | Path, to: Console) -> SizingTa
     Raises:
         MissingExtraError, PinmechError, OSError: as for the steps above.
     """
-    from pinmech.show.pages import write_case_page
+    from pinmech.show.scene.pages import write_case_page
 
     if not isinstance(case, Case):
         case = load_case_file(case)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
-from pinmech.actuation.sizing_rows import COLUMNS, ENVELOPE_TEXT, KEYS, SizingRow, cells, notes
-from pinmech.actuation.sizing_table import SizingTable
+from pinmech.actuation.sizing.rows import COLUMNS, ENVELOPE_TEXT, KEYS, SizingRow, cells, notes
+from pinmech.actuation.sizing.table import SizingTable
 from pinmech.errors import MissingExtraError
 
 if TYPE_CHECKING:

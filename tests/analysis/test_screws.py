@@ -189,7 +189,7 @@ def test_platform_twists_are_those_of_the_tangent(name: str) -> None:
     state = mech.home
     tangent = pm.tangent(state)
     with mech.scratch() as system:
-        from pinmech.kinematics.scaling import frame_twist
+        from pinmech.equations.scaling import frame_twist
 
         system.evaluate(state.q)
         twists = frame_twist(mech, system, mech.platform_frame) @ tangent

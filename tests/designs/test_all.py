@@ -13,7 +13,7 @@ import pytest
 from lxml import etree
 
 from pinmech.designs import ARMS, DESIGNS
-from pinmech.mechanism.loading import read_texts
+from pinmech.structure.loading import read_texts
 
 from .helpers import Tree
 

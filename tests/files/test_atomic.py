@@ -14,16 +14,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from papers import figures, reproduction
+from papers.papertable import PaperTable
 
 import pinmech as pm
-from pinmech.actuation.case import Case, LoadCase
-from pinmech.actuation.profiles import rest_to_rest
-from pinmech.actuation.sizing_table import SizingTable
-from pinmech.actuation.trajectory import Trajectory
+from pinmech.actuation.motion.profiles import rest_to_rest
+from pinmech.actuation.motion.trajectory import Trajectory
+from pinmech.actuation.sizing.case import Case, LoadCase
+from pinmech.actuation.sizing.table import SizingTable
 from pinmech.files import atomic
 from pinmech.files.atomic import write_bytes, write_text
-from pinmech.reports import figures, reproduction
-from pinmech.reports.papertable import PaperTable
 from pinmech.show.plots import save_torque_plots
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -145,7 +145,7 @@ def test_a_process_killed_in_the_middle_leaves_the_old_file(tmp_path: Path, old)
         target.write_bytes(old)
     code = (
         "import os, sys, signal\n"
-        "from pinmech.actuation.trajectory import Trajectory\n"
+        "from pinmech.actuation.motion.trajectory import Trajectory\n"
         "motion = Trajectory(('a',), range(50_000), [[float(k)] for k in range(50_000)])\n"
         "def half(descriptor):\n"
         "    os.ftruncate(descriptor, os.fstat(descriptor).st_size // 2)\n"

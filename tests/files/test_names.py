@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pinmech as pm
-from pinmech.actuation.case import Case, LoadCase
-from pinmech.actuation.profiles import rest_to_rest
+from pinmech.actuation.motion.profiles import rest_to_rest
+from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.cli.run import run
 from pinmech.files.names import LONGEST, slug, slugs
-from pinmech.show.pages import write_case_page
 from pinmech.show.reports import write_report
+from pinmech.show.scene.pages import write_case_page
 
 HOSTILE = [
     "../../pwn",

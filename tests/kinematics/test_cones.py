@@ -12,9 +12,9 @@ from small import Small, hooke
 
 import pinmech as pm
 from pinmech.designs import Antenna3RSU
+from pinmech.equations import cones
+from pinmech.equations.solver import limit_breaches
 from pinmech.errors import DescriptionError, InputError
-from pinmech.kinematics import cones
-from pinmech.kinematics.solver import limit_breaches
 
 from .sampling import cranks, disc
 

@@ -9,9 +9,9 @@ import pytest
 from oracles import antenna as oracle
 
 import pinmech as pm
+from pinmech.equations.labels import wanted_signs
+from pinmech.equations.limbrows import blocks
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.blocks import blocks
-from pinmech.kinematics.labels import wanted_signs
 from pinmech.kinematics.limbsolve import LimbAnswer, LimbSolver
 
 from .sampling import (

@@ -13,12 +13,12 @@ from oracles import antenna as oracle
 from small import GOOD
 
 import pinmech as pm
+from pinmech.equations.chains import Chain
+from pinmech.equations.labels import LabelReader, agrees, labels, slopes_at
+from pinmech.equations.limbequation import poses_at
+from pinmech.equations.solver import Problem, newton
 from pinmech.errors import InputError
-from pinmech.kinematics.chains import Chain
-from pinmech.kinematics.labels import LabelReader, agrees, labels, slopes_at
-from pinmech.kinematics.limbequation import poses_at
-from pinmech.kinematics.solver import Problem, newton
-from pinmech.kinematics.state import close
+from pinmech.mechanism.state import close
 
 from .families import BUILDERS, Crank, Family, driven_at_the_platform, without_limits
 from .sampling import ARMS, DIMENSIONS, angles, asked, cranks, reachable, transmission

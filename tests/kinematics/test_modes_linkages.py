@@ -12,11 +12,11 @@ from oracles import spherical_3paur as paur
 from small import X, Y, Z
 
 import pinmech as pm
+from pinmech.equations.labels import labels
+from pinmech.equations.outputs import pose_of
+from pinmech.equations.solver import Problem, newton
 from pinmech.errors import InputError
-from pinmech.kinematics.labels import labels
-from pinmech.kinematics.outputs import pose_of
-from pinmech.kinematics.solver import Problem, newton
-from pinmech.kinematics.state import close
+from pinmech.mechanism.state import close
 
 from .families import without_limits, wrist
 from .test_labels import check_family
@@ -135,7 +135,7 @@ def test_limbs_that_are_solved_together_stay_in_the_mode_asked_for(
 ) -> None:
     """A wrist whose centre nobody knows: the outputs leave the place of the platform open, and all
     limbs are solved at once, from the roots of their equations."""
-    monkeypatch.setattr("pinmech.kinematics.labels.still_point", lambda mechanism: None)
+    monkeypatch.setattr("pinmech.equations.labels.still_point", lambda mechanism: None)
     robot = wrist()
     assert not labels(robot.mechanism).fixes_platform
     assert labels(robot.mechanism).complete

@@ -19,7 +19,7 @@ from oracles import gpr_3ps as oracle
 import pinmech as pm
 from pinmech.designs import DESIGNS
 from pinmech.errors import SingularError
-from pinmech.kinematics.assembly import from_text
+from pinmech.mechanism.assembly import from_text
 
 Array = np.ndarray
 load = functools.cache(pm.load)

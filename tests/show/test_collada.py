@@ -12,7 +12,7 @@ from lxml import etree
 
 import pinmech as pm
 from pinmech.mechanism.hybrid import example_robots
-from pinmech.show.collada import one_material_per_geometry
+from pinmech.show.scene.collada import one_material_per_geometry
 
 MESHES = sorted((example_robots()["ur5_robot"].parents[1] / "meshes/ur5/visual").glob("*.dae"))
 

@@ -7,11 +7,11 @@ import warnings
 import numpy as np
 import pytest
 
-from pinmech.actuation.case import Case, LoadCase
-from pinmech.actuation.profiles import rest_to_rest
-from pinmech.actuation.sizing import size_actuators
+from pinmech.actuation.motion.profiles import rest_to_rest
+from pinmech.actuation.sizing.case import Case, LoadCase
+from pinmech.actuation.sizing.study import size_actuators
 from pinmech.errors import UnknownNameError
-from pinmech.kinematics.assembly import from_text, load
+from pinmech.mechanism.assembly import from_text, load
 from pinmech.show.plots import save_torque_plots, torque_figure
 from pinmech.show.reports import write_report
 
@@ -125,7 +125,7 @@ def test_a_report_has_all_files_and_the_page_shows_the_plots(table, tmp_path) ->
 
 def test_the_core_does_not_load_matplotlib_or_rich() -> None:
     code = (
-        "import sys, pinmech.actuation.sizing, pinmech.show.plots, pinmech.show.tables, "
+        "import sys, pinmech.actuation.sizing.study, pinmech.show.plots, pinmech.show.tables, "
         "pinmech.show.reports; "
         "print([m for m in ('matplotlib', 'rich', 'typer', 'sgp4') if m in sys.modules])"
     )

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 
-from pinmech.actuation.case import Case, LoadCase
-from pinmech.actuation.profiles import rest_to_rest
-from pinmech.actuation.sizing import size_actuators
-from pinmech.actuation.sizing_rows import COLUMNS, SizingRow, headings, significant
-from pinmech.actuation.sizing_table import SizingTable
+from pinmech.actuation.motion.profiles import rest_to_rest
+from pinmech.actuation.sizing.case import Case, LoadCase
+from pinmech.actuation.sizing.rows import COLUMNS, SizingRow, headings, significant
+from pinmech.actuation.sizing.study import size_actuators
+from pinmech.actuation.sizing.table import SizingTable
 from pinmech.files.cells import csv_text
-from pinmech.kinematics.assembly import from_text, load
+from pinmech.mechanism.assembly import from_text, load
 from pinmech.show.tables import WIDTH, console, print_table
 
 

@@ -16,10 +16,10 @@ import umsgpack
 
 import pinmech as pm
 from pinmech.errors import InputError
-from pinmech.mechanism.closures import Frame, Loop
-from pinmech.show.scene import gap_line
-from pinmech.show.shapes import gap_colour, nice
-from pinmech.show.timing import Timing, joined_rows, paced, time_axis
+from pinmech.show.scene.scene import gap_line
+from pinmech.show.scene.shapes import gap_colour, nice
+from pinmech.show.scene.timing import Timing, joined_rows, paced, time_axis
+from pinmech.structure.closures import Frame, Loop
 
 
 @pytest.fixture(scope="module")
@@ -287,7 +287,7 @@ def test_a_live_page_follows() -> None:
 
 
 def test_no_server_is_a_message_not_a_hang(antenna, monkeypatch) -> None:
-    monkeypatch.setattr("pinmech.show.recorder._PATIENCE", 200)
+    monkeypatch.setattr("pinmech.show.scene.recorder._PATIENCE", 200)
     for url in ("tcp://127.0.0.1:9", "not an address"):
         with pytest.raises(InputError, match="no meshcat server answers"):
             pm.view(antenna, url=url)

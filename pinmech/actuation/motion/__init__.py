@@ -1,0 +1,1 @@
+"""The motion that is asked for: trajectories, profiles, and what lies between samples."""

@@ -1,0 +1,256 @@
+"""Reading a trajectory CSV: every fault found, each with its line number.
+
+The format is described in :mod:`pinmech.actuation.motion.trajectory`.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pinmech.errors import Fault, TrajectoryError, suggest
+from pinmech.files.cells import csv_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pinmech.mechanism.mechanism import Outputs
+
+Array = np.ndarray
+
+#: Units that a column may have: SI unit and how many of it one is.
+UNITS = {"rad": ("rad", 1.0), "deg": ("rad", math.pi / 180), "m": ("m", 1.0), "mm": ("m", 1e-3)}
+#: More faults than this are counted, not listed.
+_MOST_FAULTS = 100
+_MOST_BYTES = 500_000_000
+#: No time [s] is larger: 30,000 years, and still a tenth of a millisecond apart.
+LATEST = 1e12
+
+_HEADER = re.compile(r"^([^\[\]]*?)\s*\[\s*([^\[\]]*?)\s*\]$")
+# Python's float() also takes 1_000, full-width digits, "infinity": not numbers of a CSV file.
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.ASCII | re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """Content of a trajectory file in SI units.
+
+    Attributes:
+        names: outputs, in the order of the file.
+        units: ``"rad"`` or ``"m"`` for each.
+        time: (N,) [s].
+        values: (N, n) [rad or m].
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    time: Array
+    values: Array
+
+
+def read_csv(path: Path, outputs: Outputs | None = None) -> CsvTable:
+    """Read a trajectory file; with ``outputs``, also check names and units against them.
+
+    Raises:
+        TrajectoryError: all faults, each with its line number.
+    """
+    reader = _Reader(path)
+    lines = [
+        (number, line)
+        for number, line in enumerate(re.split(r"\r\n|\r|\n", _text(path)), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not lines:
+        raise TrajectoryError(path, [Fault(path.name, "holds no header and no rows")])
+    header_line, header = lines[0]
+    names, units, factors = reader.header(header_line, header, outputs)
+    if outputs is not None and not reader.faults:
+        reader.faults += [
+            Fault(reader.place(header_line), text) for text in column_faults(names, units, outputs)
+        ]
+    rows = [reader.row(number, line, len(factors) + 1) for number, line in lines[1:]]
+    reader.check_times(rows)
+    if len(rows) < 2:
+        last = lines[-1][0]
+        found = f"{len(rows)} row" + ("s" if len(rows) != 1 else "")
+        reader.faults.append(
+            Fault(reader.place(last), f"needs at least 2 rows of numbers, has {found}")
+        )
+    reader.raise_faults()
+    table = np.array([values for _, values in rows], dtype=float)
+    return CsvTable(names, units, table[:, 0], table[:, 1:] * np.array(factors))
+
+
+def column_faults(names: Sequence[str], units: Sequence[str], outputs: Outputs) -> list[str]:
+    """What keeps the columns of a trajectory from being the outputs of a mechanism."""
+    wanted = tuple(outputs.names)
+    faults = [
+        f"{name!r} is not an output; {suggest(name, wanted)}"
+        for name in names
+        if name not in wanted
+    ]
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        faults.append("no column for output " + ", ".join(repr(name) for name in missing))
+    kinds = dict(zip(wanted, outputs.angular, strict=True))
+    for name, unit in zip(names, units, strict=True):
+        if name in kinds and kinds[name] != (unit == "rad"):
+            right = "an angle [rad or deg]" if kinds[name] else "a length [m or mm]"
+            faults.append(f"output {name!r} is {right}, the column is in {unit}")
+    return faults
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.is_file() and path.stat().st_size > _MOST_BYTES:
+            raise TrajectoryError(path, [Fault(path.name, "is larger than 500 MB")])
+        raw = path.read_bytes()
+    except OSError as cause:
+        reason = cause.strerror or type(cause).__name__
+        raise TrajectoryError(path, [Fault(path.name, f"cannot be read: {reason}")]) from None
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as cause:
+        line = len(re.findall(rb"\r\n|\r|\n", raw[: cause.start])) + 1
+        fault = Fault(f"{path.name}:{line}", "is not UTF-8 text; save the file as CSV UTF-8")
+        raise TrajectoryError(path, [fault]) from None
+
+
+class _Reader:
+    """Reads lines and collects faults."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.faults: list[Fault] = []
+
+    def place(self, line: int) -> str:
+        return f"{self.path.name}:{line}"
+
+    def add(self, line: int, message: str) -> None:
+        self.faults.append(Fault(self.place(line), message))
+
+    def raise_faults(self) -> None:
+        if not self.faults:
+            return
+        faults = sorted(self.faults, key=lambda fault: int(fault.where.rpartition(":")[2]))
+        if len(faults) > _MOST_FAULTS:
+            more = len(faults) - _MOST_FAULTS
+            faults = [*faults[:_MOST_FAULTS], Fault(self.path.name, f"and {more} more faults")]
+        raise TrajectoryError(self.path, faults)
+
+    def split(self, number: int, line: str) -> list[str]:
+        try:
+            fields = next(csv.reader([line], strict=True, skipinitialspace=True))
+        except csv.Error as cause:
+            self.add(number, f"is not a CSV line: {cause}")
+            return []
+        return [field.strip() for field in fields]
+
+    def header(
+        self, number: int, line: str, outputs: Outputs | None
+    ) -> tuple[tuple[str, ...], tuple[str, ...], list[float]]:
+        """Names, SI units and factors of the columns behind the time."""
+        fields = [csv_text(field) for field in self.split(number, line)]
+        if len(fields) == 1 and (";" in line or "\t" in line):
+            self.add(number, "columns must be separated by commas")
+        elif not any("[" in field for field in fields):
+            if any(_NUMBER.fullmatch(field) for field in fields):
+                text = f"the first line must be a header such as: {_example((), outputs)}"
+            else:
+                text = (
+                    f"the columns have no units; write the header as: {_example(fields, outputs)} "
+                    f"(units: {', '.join(UNITS)})"
+                )
+            self.add(number, text)
+        elif fields[0] != "time [s]" and _parts(fields[0]) != ("time", "s"):
+            self.add(number, f"the first column must be 'time [s]', is {fields[0][:60]!r}")
+        elif len(fields) == 1:
+            self.add(number, "there is no column beside the time")
+        names: list[str] = []
+        units: list[str] = []
+        factors: list[float] = []
+        told = bool(self.faults)
+        for position, field in enumerate(fields[1:], start=2):
+            name, unit = _parts(field)
+            if not told:
+                if not name or not unit:
+                    known = ", ".join(UNITS)
+                    self.add(
+                        number,
+                        f"column {position} must be 'name [unit]', is {field[:60]!r}; "
+                        f"write {_with_unit(field, outputs)!r}, say (units: {known})"
+                        if field
+                        else f"column {position} has no name",
+                    )
+                elif unit not in UNITS:
+                    known = ", ".join(UNITS)
+                    self.add(number, f"column {name!r}: unknown unit {unit!r}; known: {known}")
+                elif name in (*names, "time"):
+                    self.add(number, f"column {name!r} appears twice")
+            names.append(name)
+            si, factor = UNITS.get(unit, ("rad", 1.0))
+            units.append(si)
+            factors.append(factor)
+        return tuple(names), tuple(units), factors
+
+    def row(self, number: int, line: str, columns: int) -> tuple[int, list[float]]:
+        """Line number and numbers of a row; NaN where a field is bad."""
+        before = len(self.faults)
+        fields = self.split(number, line)
+        if len(fields) != columns:
+            if len(self.faults) == before:
+                self.add(number, f"has {len(fields)} columns, the header has {columns}")
+            return number, [math.nan] * columns
+        return number, [self.number(number, k, f) for k, f in enumerate(fields, start=1)]
+
+    def number(self, line: int, column: int, field: str) -> float:
+        if _NUMBER.fullmatch(field):
+            value = float(field)
+            if math.isfinite(value):
+                return value
+            self.add(line, f"column {column}: {field} is too large")
+        elif not field:
+            self.add(line, f"column {column} is empty")
+        elif _NOT_FINITE.fullmatch(field):
+            self.add(line, f"column {column}: must be a finite number, is {field!r}")
+        else:
+            self.add(line, f"column {column}: {field[:40]!r} is not a number")
+        return math.nan
+
+    def check_times(self, rows: Sequence[tuple[int, list[float]]]) -> None:
+        """Each time against the one before it: names every place where time stands or falls."""
+        for (before, first), (line, second) in pairwise(rows):
+            t0, t1 = first[0], second[0]
+            if t1 == t0:
+                self.add(line, f"time {t1!r} s appears twice: it stands on line {before} too")
+            elif abs(t1) > LATEST or (before == rows[0][0] and abs(t0) > LATEST):
+                at, time = (line, t1) if abs(t1) > LATEST else (before, t0)
+                self.add(at, f"time {time:g} s is beyond {LATEST:g} s; times are in seconds")
+            elif t1 < t0:
+                self.add(line, f"time must increase: {t1!r} s follows {t0!r} s (line {before})")
+
+
+def _with_unit(field: str, outputs: Outputs | None) -> str:
+    """A column's heading with the unit that its output needs; an angle where none is known."""
+    name = re.sub(r"\s*[\[\](){}].*", "", field) or "alpha"
+    kinds = {} if outputs is None else dict(zip(outputs.names, outputs.angular, strict=True))
+    return f"{name[:40]} [{'rad' if kinds.get(name, True) else 'm'}]"
+
+
+def _example(fields: Sequence[str], outputs: Outputs | None) -> str:
+    """A header with units for the names of a header without; else for the outputs."""
+    names = list(fields[1:]) or (["alpha"] if outputs is None else list(outputs.names))
+    return ",".join(["time [s]", *(_with_unit(name, outputs) for name in names[:12])])
+
+
+def _parts(field: str) -> tuple[str, str]:
+    match = _HEADER.match(field)
+    return (match.group(1).strip(), match.group(2)) if match else ("", "")

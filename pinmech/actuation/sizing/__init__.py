@@ -1,0 +1,1 @@
+"""Cases in, sizing tables out."""

@@ -1,0 +1,1 @@
+"""What the user wrote: the schema, YAML with its lines, URDF, where shipped files lie."""

@@ -1,0 +1,1 @@
+"""What holds at one configuration: residuals, Jacobians, Newton, continuation, limits, labels."""

@@ -1,0 +1,96 @@
+"""Cones of ball joints and universal joints: how far they are open, and which go too far.
+
+Nothing is computed for mechanisms without cones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+import pinocchio as pin
+
+from pinmech.equations.chains import Chain
+from pinmech.equations.memo import per_mechanism
+from pinmech.mechanism.mechanism import Mechanism
+from pinmech.structure.closures import Loop, relative_placement
+from pinmech.structure.cones import JOINT_NAMES, Cone
+
+Array = np.ndarray
+
+#: Beyond a limit by this much still counts as at it [rad], as for joints.
+SLACK = 1e-9
+
+
+@per_mechanism
+def limited_loops(mechanism: Mechanism) -> tuple[tuple[Loop, Cone], ...]:
+    """The loops that have a cone, with it."""
+    return tuple((loop, loop.limit) for loop in mechanism.loops.values() if loop.limit is not None)
+
+
+def cone_angles(mechanism: Mechanism, data: pin.Data) -> dict[str, float]:
+    """Loop name -> angle between housing and stud, or between shafts [rad], from ``data.oMi``."""
+    return {
+        loop.name: limit.angle_at(relative_placement(loop, data).rotation)
+        for loop, limit in limited_loops(mechanism)
+    }
+
+
+def open_cones(mechanism: Mechanism, q: Array) -> dict[str, float]:
+    """Loop name -> angle [rad] of the joints that are beyond their cones at q (nq,)."""
+    loops = limited_loops(mechanism)
+    if not loops:
+        return {}
+    with mechanism.scratch() as system:
+        pin.forwardKinematics(mechanism.model, system.data, q)
+        found = cone_angles(mechanism, system.data)
+    return {loop.name: found[loop.name] for loop, c in loops if found[loop.name] > c.angle + SLACK}
+
+
+def cone_breaches(
+    mechanism: Mechanism, q: Array, loops: Collection[str] | None = None
+) -> list[str]:
+    """Which joints are beyond their cones at q (nq,), as readable texts.
+
+    Args:
+        loops: names of the loops that count, None for all.
+    """
+    texts = []
+    for name, angle in open_cones(mechanism, q).items():
+        loop = mechanism.loops[name]
+        if loop.limit is not None and (loops is None or name in loops):
+            texts.append(
+                f"{JOINT_NAMES[loop.type]} {name} at {np.rad2deg(angle):.3g} deg "
+                f"(limit {np.rad2deg(loop.limit.angle):.3g} deg)"
+            )
+    return texts
+
+
+def within_cones(mechanism: Mechanism, rows: Array) -> Array:
+    """(N,) for each row of ``rows`` (N, nq): is every ball joint within its cone?"""
+    return np.asarray((cone_margins(mechanism, rows) >= -SLACK).all(axis=1))
+
+
+def cone_margins(mechanism: Mechanism, rows: Array) -> Array:
+    """(N, n_cones) by how much each limited joint is within its cone [rad] at closed q (N, nq)."""
+    loops = limited_loops(mechanism)
+    chains: dict[int, Array] = {}
+    out = np.empty((len(rows), len(loops)))
+    for k, (loop, limit) in enumerate(loops):
+        one, two = (
+            _directions(mechanism, frame.joint, frame.placement.rotation @ axis, rows, chains)
+            for frame, axis in zip(loop.frames, limit.axes, strict=True)
+        )
+        sine = np.linalg.norm(np.cross(one, two), axis=1)
+        out[:, k] = limit.angle - np.arctan2(sine, (one * two).sum(axis=1))
+    return out
+
+
+def _directions(
+    mechanism: Mechanism, body: int, axis: Array, rows: Array, known: dict[int, Array]
+) -> Array:
+    """(N, 3) a direction of a body in base axes."""
+    if body not in known:
+        known[body] = Chain(mechanism.model, body).poses(rows)[0]
+    out: Array = known[body] @ axis
+    return out

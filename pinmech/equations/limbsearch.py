@@ -1,0 +1,393 @@
+"""Finding the scalar equation of each limb (:mod:`pinmech.equations.limbequation`).
+
+Candidates are all distances, angles and heights between points and lines that the drawing has on
+the two bodies: joint centres and axes, closure frames, points where axes meet. One is taken when
+
+* it is constant on closed states near home (:data:`CONSTANT`), and on most far from it: an
+  identity of the linkage, since states are generic;
+* its slope is *faithful*: it vanishes only where the actuator can move with the outputs held, for
+  against the part of the actuator's column of [K; J_out] that no other joint can undo it keeps a
+  ratio away from zero. So the slope changes its sign at type 1 singularities and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import combinations, permutations, product
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from pinmech.equations.chains import Axis, Chain, joint_axis
+from pinmech.equations.limbequation import (
+    HOLDS,
+    Expansion,
+    Feature,
+    LimbEquation,
+    Pose,
+)
+from pinmech.equations.samples import samples
+from pinmech.equations.scaling import RANK, scaled_closure_jacobian, scaled_output_jacobian
+from pinmech.mechanism.mechanism import Mechanism
+from pinmech.structure.limbs import Limb
+
+Array = np.ndarray
+
+#: A quantity is constant when it strays by no more than this [characteristic lengths, or 1] on
+#: closed states: their own gaps are 1e-12, and a wrong sentence is off by much more.
+CONSTANT = 1e-9
+#: Part of the far states in which a sentence has to hold: elsewhere the walk has left the
+#: component of home (a parallelogram that has crossed over).
+_MOST = 0.5
+#: Smallest ratio of a slope to the actuator's own motion, relative to its median.
+_FAITHFUL = 0.02
+_GOOD = 0.3  # enough: look no further
+#: Points and directions of one body that are tried.
+_MANY = 24
+
+
+class Known:
+    """What the outputs fix of the bodies.
+
+    Attributes:
+        bodies: ids of those whose whole pose they fix; the base first.
+        point: (body, point) that they fix without the body's orientation, or None.
+        directions: id of the body whose orientation alone they fix, or None.
+    """
+
+    def __init__(self, mechanism: Mechanism, kept: bool) -> None:
+        model, outputs = mechanism.model, mechanism.outputs
+        held, platform = set(outputs.coordinates), mechanism.platform_frame
+        bodies = [0]
+        for body in range(1, model.njoints):
+            if set(Chain(model, body).coordinates) <= held:
+                bodies.append(body)
+        self.point: tuple[int, Array] | None = None
+        self.directions: int | None = None
+        if outputs.kind == "pose" or (outputs.kind != "joints" and kept):
+            bodies.append(platform.joint)
+        elif outputs.kind == "translation":
+            self.point = platform.joint, platform.origin
+        elif outputs.kind == "orientation":
+            self.directions = platform.joint
+        self.bodies = tuple(bodies)
+
+    def add(self, bodies: Iterable[int]) -> None:
+        """Take further bodies as known: those that labelled coordinates place."""
+        self.bodies += tuple(body for body in dict.fromkeys(bodies) if body not in self.bodies)
+
+
+class _Held(NamedTuple):
+    """The known body that a joint stands on, and the joint's axis in the axes of the moved one."""
+
+    body: int
+    direction: Array
+    centre: Array
+    sense: float
+
+
+class LimbSearch:
+    """The search on one mechanism, with its samples and their poses."""
+
+    def __init__(self, mechanism: Mechanism, known: Known) -> None:
+        self.mechanism, self.known = mechanism, known
+        found = samples(mechanism)
+        self.q, self.near = found.q, found.near
+        self._poses: dict[int, Pose] = {}
+        self._marks: dict[int, tuple[list[Array], list[Array]]] = {}
+        self._data = mechanism.model.createData()
+        self._faith = _own_motion(mechanism, self.q)
+
+    def pose(self, body: int) -> Pose:
+        """Poses of a body at the samples."""
+        if body not in self._poses:
+            self._poses[body] = Chain(self.mechanism.model, body).poses(self.q)
+        return self._poses[body]
+
+    def points(self, body: int) -> list[Array]:
+        """Points of a body that the drawing has."""
+        return self._drawn(body)[0]
+
+    def lines(self, body: int) -> list[Array]:
+        """Unit directions of a body that the drawing has."""
+        return self._drawn(body)[1]
+
+    def _drawn(self, body: int) -> tuple[list[Array], list[Array]]:
+        if body not in self._marks:
+            self._marks[body] = drawn_on(self.mechanism, body)
+        return self._marks[body]
+
+    def find(self, limb: Limb, coordinate: int) -> LimbEquation | None:
+        """The limb's equation in one of its coordinates, the most faithful one; None without."""
+        best, best_score = None, _FAITHFUL
+        for equation in self._candidates(limb, coordinate):
+            score = self._score(equation)
+            if score > best_score:
+                best, best_score = equation, score
+            if score > _GOOD:
+                break
+        return best
+
+    def _candidates(self, limb: Limb, coordinate: int) -> Iterator[LimbEquation]:
+        model = self.mechanism.model
+        joint = next(j for j in range(1, model.njoints) if model.joints[j].idx_v == coordinate)
+        axis = joint_axis(model, self._data, joint)
+        parent = model.parents[joint]
+        if parent in self.known.bodies:
+            held = _Held(parent, axis.direction, np.zeros(3), 1.0)
+            yield from self._end_driven(limb, axis, joint, held)
+        if joint in self.known.bodies and parent not in self.known.bodies:
+            place = model.jointPlacements[joint]
+            direction, centre = place.rotation @ axis.direction, np.array(place.translation)
+            held = _Held(joint, direction, centre, -1.0)
+            yield from self._end_driven(limb, axis, parent, held)
+        if parent not in self.known.bodies and joint not in self.known.bodies:
+            yield from self._between(limb, axis)
+
+    def _end_driven(
+        self, limb: Limb, axis: Axis, moved: int, held: _Held
+    ) -> Iterator[LimbEquation]:
+        """θ moves one body relative to a known one: features to all known bodies."""
+        length, direction, centre = self.mechanism.length, held.direction, held.centre
+        for feature in self._features(limb, moved):
+            if feature.kind == "depth":
+                feature = replace(feature, foot=centre)
+            if feature.kind == "angle" and not axis.revolute:
+                continue
+            constant = self._constant(feature)
+            if constant is None:
+                continue
+            arm = feature.one if feature.kind in ("angle", "depth") else feature.one - centre
+            size = float(np.linalg.norm(np.cross(direction, arm))) if axis.revolute else 1.0
+            if size < 1e-9:
+                continue
+            if feature.kind == "distance":
+                if constant < (1e-6 * length) ** 2:
+                    continue
+                size *= 2.0 * np.sqrt(constant)
+            elif feature.kind == "depth" and axis.revolute:
+                size *= length
+            yield LimbEquation(
+                limb=limb.name,
+                coordinate=axis.coordinate,
+                revolute=axis.revolute,
+                feature=feature,
+                constant=(0.0, 0.0, constant),
+                axis=direction,
+                centre=centre,
+                sense=held.sense,
+                scale=size,
+                rests_on=frozenset((held.body, feature.second, feature.third)),
+            )
+
+    def _between(self, limb: Limb, axis: Axis) -> Iterator[LimbEquation]:
+        """θ lies inside the limb: a quantity between two known bodies depends on θ alone."""
+        at, length = self.q[:, axis.coordinate], self.mechanism.length
+        if axis.revolute:
+            columns = np.column_stack([np.cos(at), np.sin(at), np.ones_like(at)])
+        else:
+            columns = np.column_stack([(at / length) ** 2, at / length, np.ones_like(at)])
+        if np.linalg.matrix_rank(columns[self.near], tol=1e-6) < 3:
+            return
+        for body in self.known.bodies:
+            for feature in self._features(limb, body):
+                if feature.second < body:
+                    continue
+                values = feature.value(self.pose)
+                unit = {"distance": length**2, "angle": 1.0}.get(feature.kind, length)
+                fit = np.linalg.lstsq(columns[self.near], values[self.near] / unit, rcond=None)[0]
+                off = np.abs(columns @ fit - values / unit)
+                if off[self.near].max() > CONSTANT or (off < HOLDS).mean() < _MOST:
+                    continue
+                size = float(np.hypot(fit[0], fit[1])) if axis.revolute else 2.0 * abs(fit[0])
+                if size < 1e-6:
+                    continue
+                fit = fit * unit
+                if not axis.revolute:
+                    fit = fit / np.array([length**2, length, 1.0])
+                yield LimbEquation(
+                    limb=limb.name,
+                    coordinate=axis.coordinate,
+                    revolute=axis.revolute,
+                    feature=feature,
+                    constant=(float(fit[0]), float(fit[1]), float(fit[2])),
+                    axis=None,
+                    centre=None,
+                    sense=1.0,
+                    scale=size * unit / (1.0 if axis.revolute else length),
+                    rests_on=frozenset((feature.first, feature.second, feature.third)),
+                )
+
+    def _features(self, limb: Limb, first: int) -> Iterator[Feature]:
+        """Quantities between a body and what the outputs place, the simplest first."""
+        points, lines = self.points(first), self.lines(first)
+        others = [body for body in self.known.bodies if body != first]
+        for second in others:
+            spots, ways = self.points(second), self.lines(second)
+            for one, two in product(points, spots):
+                yield Feature("distance", first, second, one, two)
+            for one, two in product(lines, ways):
+                yield Feature("angle", first, second, one, two)
+            for one, way in product(points, ways):
+                yield Feature("level", first, second, one, np.zeros(3), second, way)
+            for one, two in product(lines, spots):
+                yield Feature("depth", first, second, one, two, foot=np.zeros(3))
+        if self.known.point is not None:
+            second, spot = self.known.point
+            for one in points:
+                yield Feature("distance", first, second, one, spot)
+            for one in lines:
+                yield Feature("depth", first, second, one, spot, foot=np.zeros(3))
+            for one, way in product(points, self.lines(0)):
+                yield Feature("level", first, second, one, spot, 0, way)
+        if self.known.directions is not None:
+            second = self.known.directions
+            for one, two in product(lines, self.lines(second)):
+                yield Feature("angle", first, second, one, two)
+        for second, third in permutations(others, 2):
+            for one, two, way in product(points, self.points(second), self.lines(third)):
+                yield Feature("level", first, second, one, two, third, way)
+
+    def _constant(self, feature: Feature) -> float | None:
+        """What a feature stays at; None when it does not."""
+        length = self.mechanism.length
+        unit = {"distance": length**2, "angle": 1.0}.get(feature.kind, length)
+        values = feature.value(self.pose)
+        off = np.abs(values - values[0]) / unit
+        if off[self.near].max() > CONSTANT or (off < HOLDS).mean() < _MOST:
+            return None
+        return float(values[0])
+
+    def _score(self, equation: LimbEquation) -> float:
+        """Faithfulness of the slope: least over median ratio to the actuator's own motion."""
+        terms = self.expand(equation)
+        holds = np.abs(equation.residual(terms)) < HOLDS
+        own = self._faith[:, equation.coordinate]
+        regular = holds & (own > 1e-5)
+        if not regular.any():
+            return 0.0
+        ratio = np.abs(terms.b[regular]) / own[regular]
+        median = float(np.median(ratio))
+        return float(ratio.min()) / median if median > 1e-6 else 0.0
+
+    def expand(self, equation: LimbEquation) -> Expansion:
+        """F at the samples."""
+        return equation.expand(self.q, self.pose)
+
+
+def _own_motion(mechanism: Mechanism, rows: Array) -> Array:
+    """(N, nv) for each coordinate the part of its column of [K; J_out], scaled, that no other
+    column can undo: 0 where the coordinate can move with the outputs held."""
+    out = np.zeros((len(rows), mechanism.model.nv))
+    with mechanism.scratch() as system:
+        for k, q in enumerate(rows):
+            system.evaluate(q)
+            stacked = np.vstack(
+                [
+                    scaled_closure_jacobian(mechanism, system),
+                    scaled_output_jacobian(mechanism, system),
+                ]
+            )
+            _, values, vt = np.linalg.svd(stacked, full_matrices=False)
+            kept = values > RANK * values[0]
+            inverse = np.linalg.norm(vt[kept].T / values[kept], axis=1)
+            fixed = np.abs((vt[kept] ** 2).sum(axis=0) - 1.0) < 1e-9
+            out[k] = np.where(fixed, 1.0 / np.maximum(inverse, 1e-300), 0.0)
+    return out
+
+
+def drawn_on(mechanism: Mechanism, body: int) -> tuple[list[Array], list[Array]]:
+    """Points and unit directions of a body that the drawing has: centres and axes of its joints and
+    closures, points where axes meet, lines between its points, the axes of its frames."""
+    model, data = mechanism.model, mechanism.model.createData()
+    points, lines = joints_on(mechanism, body)
+    for joint in range(1, model.njoints):
+        if joint == body or model.parents[joint] == body:
+            axis = joint_axis(model, data, joint)
+            if axis.revolute:
+                # What lies on a joint's axis belongs to both of its bodies.
+                place = pin.SE3.Identity() if joint == body else model.jointPlacements[joint]
+                points += [place.act(spot) for spot in _meetings(mechanism, joint, axis.direction)]
+    frames = [
+        end.placement.rotation
+        for loop in mechanism.loops.values()
+        for end in loop.frames
+        if end.joint == body and loop.type != "spherical"
+    ]
+    platform = mechanism.platform_frame
+    if body == platform.joint:
+        points.append(platform.origin)
+        frames.append(platform.placement.rotation)
+    points = _distinct(points, 1e-9 * mechanism.length)
+    if body != 0:
+        pairs = combinations(points, 2)
+        lines += [(one - two) / np.linalg.norm(one - two) for one, two in pairs]
+    for rotation in [*frames, np.eye(3)]:
+        lines += [*rotation.T]
+    kept: list[Array] = []
+    for way in lines:
+        if all(np.abs(np.cross(way, other)).max() > 1e-9 for other in kept):
+            kept.append(way)
+    return points[:_MANY], kept[:_MANY]
+
+
+def joints_on(mechanism: Mechanism, body: int) -> tuple[list[Array], list[Array]]:
+    """Centres (3,) [m] and unit axes (3,) of the joints and closures of a body, in its axes."""
+    model, data = mechanism.model, mechanism.model.createData()
+    points: list[Array] = []
+    lines: list[Array] = []
+    for joint in range(1, model.njoints):
+        if joint != body and model.parents[joint] != body:
+            continue
+        place = pin.SE3.Identity() if joint == body else model.jointPlacements[joint]
+        points.append(np.array(place.translation))
+        lines.append(place.rotation @ joint_axis(model, data, joint).direction)
+    for loop in mechanism.loops.values():
+        for end in loop.frames:
+            if end.joint == body:
+                points.append(end.origin)
+                if loop.type != "spherical":
+                    lines.append(np.array(end.placement.rotation[:, 2]))
+    return points, lines
+
+
+def _meetings(mechanism: Mechanism, joint: int, axis: Array) -> list[Array]:
+    """Points of a joint's axis where the axes of joints and closures on its body meet it."""
+    model, data = mechanism.model, mechanism.model.createData()
+    lines: list[tuple[Array, Array]] = []
+    found = []
+    for child in range(1, model.njoints):
+        if model.parents[child] == joint:
+            place, other = model.jointPlacements[child], joint_axis(model, data, child)
+            if other.revolute:
+                lines.append((np.array(place.translation), place.rotation @ other.direction))
+    for loop in mechanism.loops.values():
+        for frame in loop.frames:
+            if frame.joint != joint:
+                continue
+            if loop.type == "spherical":
+                foot = float(frame.origin @ axis) * axis
+                if np.linalg.norm(frame.origin - foot) < 1e-9 * mechanism.length:
+                    found.append(foot)
+            elif loop.type in ("revolute", "universal"):
+                lines.append((frame.origin, np.array(frame.placement.rotation[:, 2])))
+    for origin, way in lines:
+        across = np.cross(axis, way)
+        size = float(across @ across)
+        if size < 1e-12:
+            continue
+        foot = float(np.cross(origin, way) @ across) / size * axis
+        there = origin + float(np.cross(origin, axis) @ across) / size * way
+        if np.linalg.norm(foot - there) < 1e-9 * mechanism.length:
+            found.append(foot)
+    return found
+
+
+def _distinct(points: list[Array], apart: float) -> list[Array]:
+    kept: list[Array] = []
+    for at in points:
+        if all(np.abs(at - other).max() > apart for other in kept):
+            kept.append(at)
+    return kept

@@ -1,0 +1,1 @@
+"""meshcat: bodies, pages, animations."""

@@ -1,0 +1,1 @@
+"""What is connected: tree, closures, limbs; no configuration yet."""
