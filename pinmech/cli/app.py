@@ -25,13 +25,14 @@ from pinmech.cli.arguments import (
     read_outputs,
     read_pose,
 )
+from pinmech.description.library import find_description
 from pinmech.description.schema import json_schema
+from pinmech.description.source import read_file
 from pinmech.errors import InputError
 from pinmech.files.names import slug
 from pinmech.show.tables import console
 from pinmech.show.terminal import console as show
 from pinmech.show.terminal import records
-from pinmech.structure.loading import find_description, read_file
 
 app = typer.Typer(
     name="pinmech",
@@ -77,7 +78,7 @@ def root(
 @app.command("list")
 def list_command(as_json: Json = False) -> None:
     """List the built-in mechanisms."""
-    titles = {n: read_file(find_description(n)).mechanism.title for n in pm.mechanisms()}
+    titles = {n: read_file(find_description(n)).description.title for n in pm.mechanisms()}
     if as_json:
         print_json([{"name": name, "title": title} for name, title in titles.items()])
     else:

@@ -7,7 +7,7 @@ needs the URDF (do the frames exist?) is checked in :mod:`pinmech.structure.load
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal, Union, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, FiniteFloat, Tag
 from pydantic_core import PydanticCustomError
@@ -15,6 +15,10 @@ from pydantic_core import PydanticCustomError
 ClosureType = Literal[
     "spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "fixed"
 ]
+#: All closure types.
+CLOSURES: tuple[str, ...] = get_args(ClosureType)
+#: What the joint of a closure that can have a cone is called in messages.
+JOINT_NAMES = {"spherical": "ball joint", "universal": "universal joint"}
 OutputKind = Literal["joints", "orientation", "translation", "pose"]
 
 #: How many names each kind of output has; ``joints`` may have any number.

@@ -25,6 +25,7 @@ from pinmech.actuation.sizing.case_schema import (
     SlewSpec,
     SweepSpec,
 )
+from pinmech.description.library import data_folder, is_file, is_folder
 from pinmech.description.yamlfile import Document, parse, read_text, salvage, structural_faults
 from pinmech.errors import (
     CaseError,
@@ -36,10 +37,9 @@ from pinmech.errors import (
     suggest,
 )
 from pinmech.mechanism.assembly import load
-from pinmech.mechanism.mechanism import Mechanism, Outputs
-from pinmech.mechanism.state import check_mechanism
+from pinmech.mechanism.mechanism import Mechanism, check_mechanism
 from pinmech.numeric import file_path, names_of, shown
-from pinmech.structure.loading import data_folder, is_file, is_folder
+from pinmech.structure.inputs_outputs import Outputs
 
 Motion = Trajectory | profiles.Profile
 T = TypeVar("T")

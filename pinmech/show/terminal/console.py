@@ -11,11 +11,9 @@ import pinocchio as pin
 from rich.table import Table
 from rich.text import Text
 
-from pinmech.equations.motions import input_mobility
 from pinmech.equations.outputs import describe
 from pinmech.kinematics.solution import Solution
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -62,7 +60,7 @@ def print_info(mechanism: Mechanism, to: Console) -> None:
         ("name", mechanism.name),
         ("source", mechanism.source),
         ("file", str(mechanism.path or "")),
-        ("degrees of freedom", str(input_mobility(mechanism))),
+        ("degrees of freedom", str(mechanism.facts.freedoms)),
         ("moving mass", f"{pin.computeTotalMass(mechanism.model):.4g} kg"),
         ("outputs", f"{', '.join(mechanism.outputs)} ({mechanism.outputs.kind})"),
         ("platform", mechanism.platform),

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.motions import input_mobility
 from pinmech.kinematics.solution import Solution
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 
 if TYPE_CHECKING:
     from pinmech.analysis.mobility import Mobility
@@ -55,7 +53,7 @@ def info_record(mechanism: Mechanism) -> dict[str, Any]:
             "title": mechanism.title,
             "source": mechanism.source,
             "file": None if mechanism.path is None else str(mechanism.path),
-            "degrees_of_freedom": input_mobility(mechanism),
+            "degrees_of_freedom": mechanism.facts.freedoms,
             "length": mechanism.length,
             "moving_mass": pin.computeTotalMass(mechanism.model),
             "platform": mechanism.platform,
