@@ -3,8 +3,9 @@
     python scripts/mutate.py                      300 mutants, seed 1, 2 processes
     python scripts/mutate.py --count 20 --only pinmech/actuation/forces/sharing.py --minutes 10
 
-Each mutant (mutants.py) is tried in a copy of the tree with the tests of its module, the nearest
-ones first, until one fails. Which mutants are taken depends on the seed and the code alone. The
+The tests run once under coverage, which says which of them run which line. Each mutant (mutants.py)
+is then tried in a copy of the tree with the tests that run its line, the quickest first, until one
+fails. Which mutants are taken depends on the seed and the code alone. The
 report is a Markdown table, written anew after each of them. Survivors that cannot matter stand in
 mutants_accepted.toml with a reason each. Exit code 0: all ran, 90 % were killed, and each survivor
 has a reason.
@@ -26,10 +27,11 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from fnmatch import fnmatch
 from pathlib import Path
 from queue import SimpleQueue
+from xml.etree import ElementTree
 
+from coverage import CoverageData
 from mutants import Mutant, apply, find
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,83 +48,14 @@ TARGETS = (
 )
 
 
-def _tests(folder: str, names: str) -> list[str]:
-    return [f"tests/{folder}/test_{name}.py" for name in names.split()]
-
-
-def _for(modules: str, tests: list[str]) -> dict[str, list[str]]:
-    """The same tests for several modules."""
-    return {f"pinmech/{name}.py": tests for name in modules.split()}
-
-
-_BUILT = _tests("mechanisms", "gpr spherical_3paur decoupled hybrid")
-_FORCES = "actuation/forces"
-#: Pattern of modules -> tests in the order in which they are tried: what is about the module first,
-#: and no more than a minute or so in all, which is what a survivor costs. Files that are not there
-#: are left out; a test named after the module always goes first.
-TESTS: dict[str, list[str]] = {
-    "pinmech/actuation/sizing/*": [
-        *_tests("actuation/sizing", "sizing"), "tests/show/test_tables.py",
-        *_tests(_FORCES, "overflow holding"), *_tests("actuation/sizing", "cases_shipped"),
-        "tests/test_readme.py",
-    ],
-    "pinmech/actuation/motion/between.py": [
-        *_tests("actuation/motion", "between"), *_tests(_FORCES, "dynamics_path"),
-        *_tests("actuation/sizing", "sizing"),
-    ],
-    "pinmech/actuation/forces/demand.py": [
-        *_tests(_FORCES, "dynamics_path foreign_paths dynamics overflow holding"),
-        *_tests("actuation/sizing", "sizing"), *_tests(_FORCES, "friction"),
-    ],
-    "pinmech/actuation/forces/dynamics_path.py": [
-        *_tests(_FORCES, "dynamics_path foreign_paths overflow holding"),
-        *_tests("actuation/sizing", "sizing"), *_tests(_FORCES, "friction"),
-        *_tests("actuation/motion", "between"),
-    ],
-    "pinmech/actuation/forces/*": [
-        *_tests(_FORCES, "dynamics dynamics_reactions mujoco sharing overflow holding"),
-        *_tests(_FORCES, "dynamics_path"), *_tests("actuation/sizing", "sizing"),
-        *_tests(_FORCES, "friction"),
-    ],
-    "pinmech/structure/closures.py": [
-        *_tests("structure", "closures"), *_tests("kinematics", "jacobians"),
-        *_tests("analysis", "known_mobility"), *_tests(_FORCES, "dynamics_reactions"),
-        *_tests("mechanism", "assembly"),
-    ],
-    "pinmech/kinematics/forward.py": [
-        *_tests("kinematics", "forward limits platforms"), *_BUILT,
-        *_tests("kinematics", "modes properties"),
-    ],
-    **_for("mechanism/assembly mechanism/closing equations/approach equations/starts "
-           "equations/scaling", [
-        *_tests("mechanism", "assembly"),
-        *_tests("kinematics", "inverse jacobians cones limits modes"),
-        *_tests("mechanism", "assembly_hard"), *_tests("analysis", "mobility singularity_more"),
-        *_BUILT, "tests/test_arguments.py",
-    ]),
-    **_for("equations/cones equations/misalignment equations/motions", [
-        *_tests("kinematics", "cones"), *_tests("mechanism", "assembly"),
-        *_tests("kinematics", "labels limits inverse"), *_tests("mechanism", "assembly_hard"),
-        *_tests("analysis", "mobility"), *_BUILT,
-    ]),
-    "pinmech/kinematics/rates.py": [
-        *_tests("kinematics", "jacobians properties platforms"), *_tests(_FORCES, "dynamics"),
-        *_BUILT, "tests/test_arguments.py",
-    ],
-    "pinmech/equations/firstorder.py": [
-        *_tests("analysis", "mobility screws singularity_more known_mobility"),
-        *_tests("kinematics", "jacobians"), *_tests(_FORCES, "dynamics dynamics_reactions"),
-        *_BUILT,
-    ],
-    "pinmech/equations/closed_rows.py": [
-        *_tests(_FORCES, "foreign_paths dynamics_path"), "tests/test_travel.py",
-    ],
-    **{f"pinmech/{floor}/*": [
-        *_tests("equations", "small_parts"),
-        *_tests("kinematics", "modes_linkages path modes limits properties platforms"),
-        *_BUILT, *_tests("kinematics", "labels inverse"),
-    ] for floor in ("equations", "kinematics")},
-}  # fmt: skip
+#: The tests that are asked. Files are written and pictures drawn elsewhere.
+TESTS = (
+    "tests/actuation", "tests/analysis", "tests/description", "tests/equations", "tests/kinematics",
+    "tests/mechanism", "tests/mechanisms", "tests/structure", "tests/test_arguments.py",
+    "tests/test_frozen.py", "tests/test_travel.py",
+)  # fmt: skip
+#: Time of the tests of one mutant [s]: what a survivor costs.
+MOST_SECONDS = 60.0
 _IGNORED = (".git", ".venv", "out", "*.egg-info", "__pycache__", ".*_cache")
 SHARE = 0.9
 
@@ -136,16 +69,62 @@ class Outcome:
     seconds: float = 0.0
 
 
-def nearest_first(file: str, root: Path, table: Mapping[str, Sequence[str]] = TESTS) -> list[str]:
-    """Test files of a module, the nearest first."""
-    stem = Path(file).stem.strip("_")
-    patterns = [f"tests/**/test_{stem}.py"]
-    patterns += next((list(tests) for key, tests in table.items() if fnmatch(file, key)), [])
-    found: dict[str, None] = {}
-    for pattern in patterns:
-        for path in sorted(root.glob(pattern)):
-            found[path.relative_to(root).as_posix()] = None
-    return list(found)
+@dataclass(frozen=True)
+class Coverage:
+    """Which tests run which lines, and how long each takes.
+
+    Attributes:
+        lines: file -> line -> ids of the tests that run it.
+        seconds: test id -> its duration.
+    """
+
+    lines: Mapping[str, Mapping[int, frozenset[str]]]
+    seconds: Mapping[str, float]
+
+    def tests(self, mutant: Mutant, most: float = MOST_SECONDS) -> list[str]:
+        """Tests that run the mutant's line, the quickest first, as many as fit into the time; of a
+        line that runs on import (a constant), those that run any line of its file."""
+        lines = self.lines.get(mutant.file, {})
+        found = set(lines.get(mutant.line, ()))
+        if mutant.function == "<module>" or not found:
+            found = set().union(*lines.values()) if lines else set()
+        chosen, left = [], most
+        for test in sorted(found, key=lambda test: (self.seconds.get(test, 1.0), test)):
+            left -= self.seconds.get(test, 1.0)
+            if left < 0.0 and chosen:
+                break
+            chosen.append(test)
+        return chosen
+
+
+def measure(bench: Bench, tests: Sequence[str], jobs: int) -> Coverage:
+    """Run the tests once under coverage.
+
+    Raises:
+        RuntimeError: a test fails without any change.
+    """
+    report = bench.folder / ".junit.xml"
+    options = [
+        "--cov=.", "--cov-context=test", "--cov-report=", f"--junitxml={report}",
+        "-o", "junit_family=xunit1", *(["-n", str(jobs)] if jobs > 1 else []), *tests,
+    ]  # fmt: skip
+    code = bench.run(options, 3600, stop=False)
+    if code != 0:
+        raise RuntimeError(f"the tests fail without any change (exit code {code})")
+    data = CoverageData(basename=str(bench.folder / ".coverage"))
+    data.read()
+    lines: dict[str, dict[int, frozenset[str]]] = {}
+    for path in data.measured_files():
+        name = Path(path).resolve().relative_to(bench.folder.resolve()).as_posix()
+        lines[name] = {
+            line: frozenset(c.partition("|")[0] for c in contexts if c)
+            for line, contexts in data.contexts_by_lineno(path).items()
+        }
+    seconds = {}
+    for case in ElementTree.parse(report).iter("testcase"):
+        test = f"{case.get('file')}::{case.get('name')}"
+        seconds[test] = float(case.get("time", 0.0))
+    return Coverage(lines, seconds)
 
 
 def choose(root: Path, patterns: Iterable[str], count: int, seed: int) -> list[Mutant]:
@@ -168,11 +147,11 @@ class Bench:
         shutil.copytree(root, folder, ignore=shutil.ignore_patterns(*_IGNORED))
         self.folder = folder
 
-    def run(self, tests: Sequence[str], timeout: float) -> int | None:
-        """Exit code of pytest; None when it took too long."""
+    def run(self, tests: Sequence[str], timeout: float, *, stop: bool = True) -> int | None:
+        """Exit code of pytest, which stops at the first failure; None when it took too long."""
         command = [
-            sys.executable, "-B", "-m", "pytest", "-x", "-q", "--no-header", "--tb=no",
-            "--hypothesis-seed=0", f"--basetemp={self.folder / '.tmp'}", *tests,
+            sys.executable, "-B", "-m", "pytest", *(["-x"] if stop else []), "-q", "--no-header",
+            "--tb=no", "--hypothesis-seed=0", f"--basetemp={self.folder / '.tmp'}", *tests,
         ]  # fmt: skip
         environment = {
             **os.environ,
@@ -202,22 +181,18 @@ class Bench:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
 
-    def trial(self, mutant: Mutant, tests: Mapping[str, float]) -> str:
-        """Change the file, run the tests (file -> most seconds) until one fails, put it back.
-
-        Each file of tests by itself: what never ends costs the time of one of them, not of all.
-        """
+    def trial(self, mutant: Mutant, tests: Sequence[str], timeout: float) -> str:
+        """Change the file, run the tests, put the file back."""
         path = self.folder / mutant.file
         original = path.read_text(encoding="utf-8")
         path.write_text(apply(original, mutant), encoding="utf-8")
         try:
-            for test, timeout in tests.items():
-                code = self.run([test], timeout)
-                if code != 0:
-                    return "timeout" if code is None else "killed"
+            code = self.run(tests, timeout) if tests else 0
         finally:
             path.write_text(original, encoding="utf-8")
-        return "survived"
+        if code is None:
+            return "timeout"
+        return "survived" if code == 0 else "killed"
 
 
 def run(
@@ -226,7 +201,7 @@ def run(
     *,
     jobs: int,
     minutes: float,
-    table: Mapping[str, Sequence[str]] = TESTS,
+    tests: Sequence[str] = TESTS,
     tell: bool = True,
     note: Callable[[Sequence[Outcome]], None] | None = None,
 ) -> list[Outcome]:
@@ -236,7 +211,7 @@ def run(
     is given all outcomes, in the order of ``mutants``, each time there is a new one.
 
     Raises:
-        RuntimeError: a module has no tests, or they fail without any change.
+        RuntimeError: a test fails without any change.
     """
     end = time.monotonic() + 60 * minutes
     done = {mutant: Outcome(mutant, "not run") for mutant in mutants}
@@ -245,33 +220,21 @@ def run(
     def in_order() -> list[Outcome]:
         return [done[mutant] for mutant in mutants]
 
-    sets = {mutant.file: nearest_first(mutant.file, root, table) for mutant in mutants}
-    for file, tests in sets.items():
-        if not tests:
-            raise RuntimeError(f"{file}: no tests are known for it; add them to TESTS")
     with tempfile.TemporaryDirectory(prefix="mutants_") as place:
         benches = [Bench(root, Path(place) / f"tree{k}") for k in range(jobs)]
+        coverage = measure(benches[0], tests, jobs)
         free: SimpleQueue[Bench] = SimpleQueue()
         for bench in benches:
             free.put(bench)
-
-        def baseline(test: str) -> float:
-            bench, start = free.get(), time.monotonic()
-            try:
-                code = bench.run([test], 600)
-            finally:
-                free.put(bench)
-            if code != 0:
-                raise RuntimeError(f"{test} fails without any change (exit code {code})")
-            return time.monotonic() - start
 
         def one(mutant: Mutant) -> Outcome:
             bench, start = free.get(), time.monotonic()
             try:
                 if start > end:
                     return done[mutant]
-                tests = {test: 20 + 4 * seconds[test] for test in sets[mutant.file]}
-                result = bench.trial(mutant, tests)
+                chosen = coverage.tests(mutant)
+                expected = sum(coverage.seconds.get(test, 1.0) for test in chosen)
+                result = bench.trial(mutant, chosen, 30 + 4 * expected)
             finally:
                 free.put(bench)
             taken = time.monotonic() - start
@@ -287,8 +250,6 @@ def run(
 
         pool = ThreadPoolExecutor(jobs)
         try:
-            files = sorted({test for tests in sets.values() for test in tests})
-            seconds = dict(zip(files, pool.map(baseline, files), strict=True))
             for _ in pool.map(one, random.Random(0).sample(mutants, len(mutants))):
                 pass
             return in_order()

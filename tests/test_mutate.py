@@ -86,15 +86,26 @@ def test_the_choice_depends_on_the_seed_and_on_nothing_else() -> None:
     assert any(m.before == "a.shape[0] <= a.shape[1]" for m in few)
 
 
-def test_every_target_has_tests() -> None:
-    files = {m.file for m in mutate.choose(ROOT, mutate.TARGETS, 10**6, 1)}
-    for file in files:
-        tests = mutate.nearest_first(file, ROOT)
-        assert len(tests) >= 3, file
-        assert all((ROOT / test).is_file() for test in tests)
-    assert mutate.nearest_first("pinmech/actuation/forces/sharing.py", ROOT)[0].endswith(
-        "test_sharing.py"
-    )
+def test_the_tests_that_are_asked_exist() -> None:
+    assert all((ROOT / test).exists() for test in mutate.TESTS)
+
+
+def test_a_mutant_is_tried_with_the_tests_that_run_its_line() -> None:
+    """The quickest first, as many as fit; those of the whole file for what runs on import."""
+    lines = {
+        "a.py": {1: frozenset(), 5: frozenset({"t::slow", "t::quick"}), 7: frozenset({"t::x"})}
+    }
+    coverage = mutate.Coverage(lines, {"t::slow": 50.0, "t::quick": 0.5, "t::x": 20.0})
+
+    def tests(line: int, function: str = "f", file: str = "a.py") -> list[str]:
+        return coverage.tests(Mutant(file, line, function, "a", "b", 0, 0), most=60.0)
+
+    assert tests(5) == ["t::quick", "t::slow"]
+    assert tests(7) == ["t::x"]
+    assert tests(1, "<module>") == ["t::quick", "t::x"]
+    assert tests(9) == ["t::quick", "t::x"]
+    assert tests(5, file="other.py") == []
+    assert coverage.tests(Mutant("a.py", 5, "f", "a", "b", 0, 0), most=0.1) == ["t::quick"]
 
 
 def test_accepted_survivors_exist_and_have_reasons() -> None:
@@ -119,15 +130,14 @@ def test_a_run_of_a_small_tree(tmp_path: Path) -> None:
         for m in find("small.py", source)
         if (m.before, m.after) in {("k < n", "k >= n"), ("n * 2", "n / 2")}
     }
-    outcomes = mutate.run(
-        tree, list(chosen.values()), jobs=2, minutes=5, table={"small.py": []}, tell=False
-    )
+    asked = {"tests": ["tests"], "tell": False}
+    outcomes = mutate.run(tree, list(chosen.values()), jobs=2, minutes=5, **asked)
     found = {(o.mutant.before, o.result) for o in outcomes}
     assert found == {("k < n", "killed"), ("n * 2", "survived")}
     assert (tree / "small.py").read_text() == source
     bench = mutate.Bench(tree, tmp_path / "copy")
     endless = next(m for m in find("small.py", source) if m.before == "k + 1")
-    assert bench.trial(endless, {"tests/test_small.py": 3.0}) == "timeout"
+    assert bench.trial(endless, ["tests/test_small.py"], 3.0) == "timeout"
     assert (tmp_path / "copy" / "small.py").read_text() == source
     reasons = {chosen["n * 2", "n / 2"].key: "nobody | calls it"}
     text = mutate.report(outcomes, reasons, "Run")
@@ -136,11 +146,9 @@ def test_a_run_of_a_small_tree(tmp_path: Path) -> None:
     assert "| `n * 2` | `n / 2` | nobody \\| calls it |" in text
     assert "**none**" in mutate.report(outcomes, {}, "Run")
     # Nothing is started when the time is over; that is no kill.
-    (late,) = mutate.run(tree, [endless], jobs=1, minutes=-1, table={"small.py": []}, tell=False)
+    (late,) = mutate.run(tree, [endless], jobs=1, minutes=-1, **asked)
     assert late.result == "not run"
     assert mutate.share([late]) == 0.0
     (tree / "tests" / "test_small.py").write_text("def test_bad():\n    assert False\n")
-    with pytest.raises(RuntimeError, match=r"test_small\.py fails without any change"):
-        mutate.run(tree, [endless], jobs=1, minutes=5, table={"small.py": []}, tell=False)
-    with pytest.raises(RuntimeError, match="no tests are known"):
-        mutate.run(tree, [Mutant("other.py", 1, "f", "a", "b", 0, 0)], jobs=1, minutes=1, table={})
+    with pytest.raises(RuntimeError, match="the tests fail without any change"):
+        mutate.run(tree, [endless], jobs=1, minutes=5, **asked)

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import functools
 
-from slow import check_round_trips
 import numpy as np
 import pytest
 from oracles import spherical_3paur as oracle
+from slow import check_round_trips
 
 import pinmech as pm
 
