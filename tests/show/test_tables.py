@@ -9,8 +9,6 @@ from html.parser import HTMLParser
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pinmech.show.terminal.console import WIDTH, console
-from pinmech.show.terminal.sizing import print_table
 from rich.console import Console
 
 from pinmech.actuation.motion.profiles import rest_to_rest
@@ -21,6 +19,8 @@ from pinmech.actuation.sizing.study import size_actuators
 from pinmech.actuation.sizing.table import SizingTable
 from pinmech.files.cells import csv_text
 from pinmech.mechanism.assembly import from_text, load
+from pinmech.show.terminal.console import WIDTH, console
+from pinmech.show.terminal.sizing import print_table
 
 
 @pytest.fixture(scope="module")
