@@ -8,6 +8,7 @@ import re
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,6 @@ from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.sizing import study
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.errors import InputError, MissingExtraError
-from pinmech.files import atomic
 from pinmech.show.report import report, write_motion_page, write_report
 from pinmech.show.scene import pages
 
@@ -39,22 +39,24 @@ def run(what: Case, folder: Path) -> tuple[pm.SizingTable, str]:
 def test_poses_are_solved_once_and_files_written_once(
     antenna: pm.Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    solved, written = [], []
+    solved: list[int] = []
+    written: list[str] = []
+    real = os.replace
 
-    def path(mechanism, values, **options):
+    def path(mechanism: pm.Mechanism, values: np.ndarray, **options: Any) -> pm.Path:
         solved.append(len(values))
         return pm.inverse_path(mechanism, values, **options)
 
-    def replace(source, target, real=os.replace):
+    def replace(source: str, target: str) -> None:
         written.append(Path(target).name)
         real(source, target)
 
-    def again(*_, **__):
+    def again(*_: object, **__: object) -> None:
         raise AssertionError("solved again")
 
     monkeypatch.setattr(study, "inverse_path", path)
     monkeypatch.setattr(pages, "inverse_path", again)
-    monkeypatch.setattr(atomic.os, "replace", replace)
+    monkeypatch.setattr("pinmech.files.atomic.os.replace", replace)
     _, said = run(case(antenna, "t", "a", "b"), tmp_path)
     assert solved == [len(MOTION.time)] * 2
     assert Counter(written) == dict.fromkeys(

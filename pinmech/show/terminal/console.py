@@ -64,7 +64,7 @@ def print_line(to: Console, text: str, style: str = "") -> None:
     to.print(rich("text").Text(text, style=style), soft_wrap=True)
 
 
-def shown(value: float, *, angular: bool) -> tuple[str, str]:
+def degrees_or_mm(value: float, *, angular: bool) -> tuple[str, str]:
     """Number and unit of a value [rad or m]: in deg or mm."""
     unit = "deg" if angular else "mm"
     if math.isinf(value):

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from pinmech.equations.motions import input_mobility
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.show.terminal.console import print_line, shown, table
+from pinmech.show.terminal.console import degrees_or_mm, print_line, table
 from pinmech.show.terminal.solution import state_table
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def _loops(mechanism: Mechanism) -> list[tuple[str, ...]]:
         frames = " – ".join(frame.label for frame in loop.frames)
         cone = "no limit" if loop.type in _TILTING else ""
         if loop.limit is not None:
-            cone = " ".join(("up to", *shown(loop.limit.angle, angular=True)))
+            cone = " ".join(("up to", *degrees_or_mm(loop.limit.angle, angular=True)))
         rows.append((name, loop.type, frames, cone))
     return rows
 
@@ -67,8 +67,8 @@ def _actuators(mechanism: Mechanism) -> list[tuple[str, ...]]:
     for name, a in mechanism.actuators.items():
         ends = np.array([mechanism.lower[a.coordinate], mechanism.upper[a.coordinate]])
         low, high = sorted((a.scale * ends + a.offset).tolist())
-        first, _ = shown(low, angular=not a.prismatic)
-        last, unit = shown(high, angular=not a.prismatic)
+        first, _ = degrees_or_mm(low, angular=not a.prismatic)
+        last, unit = degrees_or_mm(high, angular=not a.prismatic)
         span = f"{first} .. {last} {unit}" if np.isfinite(ends).any() else "no limit"
         effort = f"{a.effort:.4g} {'N' if a.prismatic else 'N·m'}"
         scale, speed_unit = (1e3, "mm/s") if a.prismatic else (180.0 / math.pi, "deg/s")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.state import ClosedState
-from pinmech.show.terminal.console import print_line, shown, table
+from pinmech.show.terminal.console import degrees_or_mm, print_line, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,12 +31,14 @@ def state_table(state: ClosedState, *, joints: bool) -> Table:
     """Outputs and actuators of a state; ``joints`` adds all joints."""
     mechanism = state.mechanism
     angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
-    rows = [("output", n, *shown(x, angular=angular[n])) for n, x in state.outputs.items()]
+    rows = [("output", n, *degrees_or_mm(x, angular=angular[n])) for n, x in state.outputs.items()]
     rows += [
-        ("actuator", n, *shown(x, angular=not mechanism.actuators[n].prismatic))
+        ("actuator", n, *degrees_or_mm(x, angular=not mechanism.actuators[n].prismatic))
         for n, x in state.actuators.items()
     ]
     if joints:
         revolving = dict(zip(mechanism.joints, mechanism.revolving, strict=True))
-        rows += [("joint", n, *shown(x, angular=revolving[n])) for n, x in state.joints.items()]
+        rows += [
+            ("joint", n, *degrees_or_mm(x, angular=revolving[n])) for n, x in state.joints.items()
+        ]
     return table(("", "name", "value", "unit"), rows, (2,))
