@@ -35,7 +35,7 @@ from pinmech.frozen import Sealed, frozen
 from pinmech.numeric import file_path, names_of, numbers, one_of, positive, shown
 
 if TYPE_CHECKING:
-    from pinmech.mechanism.mechanism import Outputs
+    from pinmech.structure.inputs_outputs import Outputs
 
 Array = np.ndarray
 

@@ -21,7 +21,7 @@ from pinmech.files.cells import csv_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pinmech.mechanism.mechanism import Outputs
+    from pinmech.structure.inputs_outputs import Outputs
 
 Array = np.ndarray
 
