@@ -1,7 +1,7 @@
 """The schema of a description file: what may stand in loops/<name>.yaml.
 
 The schema is strict: unknown keys, wrong types and non-finite numbers are faults. Everything that
-needs the URDF (do the frames exist?) is checked in :mod:`pinmech.structure.loading`.
+needs the URDF (do the frames exist?) is checked in :mod:`pinmech.description.references`.
 """
 
 from __future__ import annotations

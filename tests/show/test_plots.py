@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import warnings
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.actuation.sizing.study import size_actuators
 from pinmech.errors import UnknownNameError
 from pinmech.mechanism.assembly import from_text, load
-from pinmech.show.plots import save_torque_plots, torque_figure
-from pinmech.show.reports import write_report
+from pinmech.show.plots.torques import save_torque_plots, torque_figure
+from pinmech.show.report import write_report
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +50,14 @@ def test_each_drive_has_a_panel_with_the_torques_of_its_actuators(table) -> None
     assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
 
 
+def test_a_curve_that_covers_another_is_narrower(table) -> None:
+    for ax in torque_figure(table, "a/b").axes:
+        drawn = list(curves(ax).values())
+        widths = [line.get_linewidth() for line in drawn]
+        assert len({line.get_zorder() for line in drawn}) == 1  # the order of drawing counts
+        assert all(wide > narrow + 0.5 for wide, narrow in pairwise(widths))
+
+
 def test_a_drive_that_fails_has_its_reason_in_place_of_curves(table) -> None:
     bad, good = torque_figure(table, "bad").axes
     assert not curves(bad)
@@ -70,7 +79,7 @@ def test_forces_and_torques_have_panels_of_their_own() -> None:
 def test_files(table, tmp_path) -> None:
     written = save_torque_plots(table, tmp_path / "new" / "folder")
     names = [path.name for _, path in written]
-    assert names == ["torque_a_b.png", "torque_a_b_2.png", "torque_bad.png"]
+    assert names == ["torque_t.a_b.png", "torque_t.a_b_2.png", "torque_t.bad.png"]
     import matplotlib.image
 
     for _, path in written:
@@ -105,7 +114,7 @@ def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path) -> None:
         warnings.simplefilter("error")
         files = save_torque_plots(table, tmp_path)
         figure = torque_figure(table, "測試 $\\frac$\n\x07")
-    assert [path.name for _, path in files] == ["torque_測試_frac.png", "torque_b.png"]
+    assert [path.name for _, path in files] == ["torque_t.測試_frac.png", "torque_t.b.png"]
     assert figure.get_suptitle() == "漢 $\\frac{$: 測試 $\\frac$"
     first = figure.axes[0]
     assert first.get_title("left") == "drive $_{$ 漢"
@@ -125,8 +134,8 @@ def test_a_report_has_all_files_and_the_page_shows_the_plots(table, tmp_path) ->
 
 def test_the_core_does_not_load_matplotlib_or_rich() -> None:
     code = (
-        "import sys, pinmech.actuation.sizing.study, pinmech.show.plots, pinmech.show.tables, "
-        "pinmech.show.reports; "
+        "import sys, pinmech.actuation.sizing.study, pinmech.show.plots.torques, "
+        "pinmech.show.terminal.sizing, pinmech.show.report; "
         "print([m for m in ('matplotlib', 'rich', 'typer', 'sgp4') if m in sys.modules])"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
@@ -136,10 +145,9 @@ def test_the_core_does_not_load_matplotlib_or_rich() -> None:
 def test_missing_libraries_name_their_extra() -> None:
     code = (
         "import sys; sys.modules.update(matplotlib=None, rich=None)\n"
-        "from types import SimpleNamespace\n"
-        "from pinmech.show import plots, tables\n"
-        "table = SimpleNamespace(histories={})\n"
-        "for call in (lambda: plots.torque_figure(table, 'a'), tables.console):\n"
+        "from pinmech.show.plots.figure import new_figure\n"
+        "from pinmech.show.terminal.console import console\n"
+        "for call in (lambda: new_figure(1, 1), console):\n"
         "    try: call()\n"
         "    except ImportError as error: print(type(error).__name__, error)\n"
     )

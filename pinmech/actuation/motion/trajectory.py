@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 
 #: For each kind of output, the columns that are canonical coordinates of a rotation.
-_ROTATION = {"orientation": slice(0, 3), "pose": slice(3, 6)}
+ROTATION = {"orientation": slice(0, 3), "pose": slice(3, 6)}
 #: Two samples that turn the platform by more than this [rad] are too far apart to interpolate.
 _LARGEST_TURN = 2.0
 _MOST_SAMPLES = 5_000_000
@@ -114,8 +114,8 @@ class Trajectory(Sealed):
         if len(self.units) != n or not set(self.units) <= {"rad", "m"}:
             raise InputError(f"units must be 'rad' or 'm' for each of {n} outputs: {self.units}")
         one_of(self.kind, ("joints", "orientation", "translation", "pose"), "kind of outputs")
-        if self.kind in _ROTATION and n != _ROTATION[self.kind].stop:
-            raise InputError(f"{self.kind} outputs have {_ROTATION[self.kind].stop} names, not {n}")
+        if self.kind in ROTATION and n != ROTATION[self.kind].stop:
+            raise InputError(f"{self.kind} outputs have {ROTATION[self.kind].stop} names, not {n}")
 
     @classmethod
     def from_csv(cls, path: str | Path, outputs: Outputs | None = None) -> Trajectory:
@@ -203,8 +203,10 @@ class Trajectory(Sealed):
         return self._evaluate(self.time, degree)
 
     def at(self, time: Array) -> Array:
-        """Outputs (M, n) [rad or m] at times (M,) [s] between the first and the last sample, by the
-        spline of :meth:`derivatives`."""
+        """Outputs (M, n) [rad or m] at times (M,) [s] between the first and the last sample.
+
+        They are of the spline of :meth:`derivatives`.
+        """
         return self._evaluate(numbers(time, "time value"), 5).values
 
     def resample(self, step: float, *, degree: int = 5) -> Trajectory:
@@ -240,7 +242,7 @@ class Trajectory(Sealed):
 
     def _differentiate(self, time: Array, degree: int) -> Derivatives:
         v, d, dd = self._spline(self.values, time, degree)
-        turning = _ROTATION.get(self.kind)
+        turning = ROTATION.get(self.kind)
         if turning is not None:
             q = quaternions(self.values[:, turning])
             self._check_turns(q)
