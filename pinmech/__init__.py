@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         tangent,
         velocity,
     )
-    from pinmech.kinematics.solution import Path, Solution
+    from pinmech.kinematics.solution import PosePath, Solution
     from pinmech.mechanism.assembly import from_text, load
     from pinmech.mechanism.mechanism import ClosedState, Mechanism, verify_closed
     from pinmech.show.scene.viewer import view
@@ -81,7 +81,7 @@ _HOMES = {
         "tangent",
         "velocity",
     ),
-    "kinematics.solution": ("Path", "Solution"),
+    "kinematics.solution": ("PosePath", "Solution"),
     "description.library": ("mechanisms",),
     "mechanism.mechanism": ("ClosedState", "Mechanism", "verify_closed"),
     "show.scene.viewer": ("view",),
@@ -116,9 +116,9 @@ __all__ = [
     "Loads",
     "Mechanism",
     "Mobility",
-    "Path",
     "Payload",
     "PinmechError",
+    "PosePath",
     "ScrewSystem",
     "SingularError",
     "Singularity",

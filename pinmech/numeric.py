@@ -184,7 +184,7 @@ def _strange(values: object) -> str | None:
     return None
 
 
-def _strange_list(values: list | tuple) -> str | None:
+def _strange_list(values: Iterable[object]) -> str | None:
     level: Iterable[object] = values
     for _ in range(64):  # more than numpy's dimensions: a list may hold itself
         kinds = set(map(type, level))
@@ -203,7 +203,7 @@ def _strange_list(values: list | tuple) -> str | None:
     raise RecursionError
 
 
-def _named(entries: list) -> str | None:
+def _named(entries: Iterable[object]) -> str | None:
     """What the first entry of an object array is that is no real number."""
     for entry in entries:
         if isinstance(entry, bool) or not isinstance(entry, Real | Decimal):

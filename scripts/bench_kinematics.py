@@ -232,7 +232,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 worker = stack.enter_context(placo_client.Worker(mech))
                 contenders += placo_client.variants(worker)
                 label = worker.version()
-            except placo_client.Unavailable as trouble:
+            except placo_client.UnavailableError as trouble:
                 label = "placo not available"
                 notes = [f"| placo | not installed: {trouble} | | | |"]
         contenders += [PlainFrames(mech), PlainConstraints(mech)]

@@ -133,24 +133,15 @@ def _left_alone(parent: ast.AST, field: str) -> bool:
 
 
 def _instead(node: ast.AST, parent: ast.AST) -> Iterator[ast.AST]:
+    """What may stand in the place of a node."""
     if isinstance(node, ast.Compare):
-        for k, op in enumerate(node.ops):
-            sides = [node.left, *node.comparators][k : k + 2]
-            whole = any(_whole(side) for side in sides)
-            for table, wanted in ((_NEGATED, True), (_MOVED, whole)):
-                if wanted and type(op) in table:
-                    new = copy.deepcopy(node)
-                    new.ops[k] = table[type(op)]()  # type: ignore[abstract]
-                    yield new
+        yield from _other_comparisons(node)
     elif isinstance(node, ast.BoolOp):
         new = copy.deepcopy(node)
         new.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
         yield new
-    elif isinstance(node, (ast.BinOp, ast.AugAssign)) and type(node.op) in _SWAPPED:
-        if not (isinstance(node, ast.BinOp) and (_text(node.left) or _text(node.right))):
-            other = copy.deepcopy(node)
-            other.op = _SWAPPED[type(node.op)]()
-            yield other
+    elif isinstance(node, (ast.BinOp, ast.AugAssign)):
+        yield from _other_arithmetic(node)
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not, ast.Invert)):
         yield copy.deepcopy(node.operand)
     elif isinstance(node, ast.Constant) and not isinstance(parent, ast.Expr):
@@ -158,12 +149,37 @@ def _instead(node: ast.AST, parent: ast.AST) -> Iterator[ast.AST]:
             yield ast.Constant(not node.value)
         elif isinstance(node.value, (int, float)):
             yield ast.Constant(node.value + 1)
-    elif isinstance(node, ast.Call) and len(node.args) >= 2:
-        name = ast.unparse(node.func).rpartition(".")[2]
-        if name not in _SYMMETRIC and _alike(*node.args[:2]):
-            call = copy.deepcopy(node)
-            call.args[:2] = call.args[1::-1]
-            yield call
+    elif isinstance(node, ast.Call):
+        yield from _other_arguments(node)
+
+
+def _other_comparisons(node: ast.Compare) -> Iterator[ast.AST]:
+    for k, op in enumerate(node.ops):
+        sides = [node.left, *node.comparators][k : k + 2]
+        whole = any(_whole(side) for side in sides)
+        for table, wanted in ((_NEGATED, True), (_MOVED, whole)):
+            if wanted and type(op) in table:
+                new = copy.deepcopy(node)
+                new.ops[k] = table[type(op)]()  # type: ignore[abstract]
+                yield new
+
+
+def _other_arithmetic(node: ast.BinOp | ast.AugAssign) -> Iterator[ast.AST]:
+    if type(node.op) not in _SWAPPED:
+        return
+    if isinstance(node, ast.BinOp) and (_text(node.left) or _text(node.right)):
+        return
+    other = copy.deepcopy(node)
+    other.op = _SWAPPED[type(node.op)]()
+    yield other
+
+
+def _other_arguments(node: ast.Call) -> Iterator[ast.AST]:
+    name = ast.unparse(node.func).rpartition(".")[2]
+    if len(node.args) >= 2 and name not in _SYMMETRIC and _alike(*node.args[:2]):
+        call = copy.deepcopy(node)
+        call.args[:2] = call.args[1::-1]
+        yield call
 
 
 def _alike(one: ast.AST, other: ast.AST) -> bool:

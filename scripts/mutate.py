@@ -42,7 +42,7 @@ TARGETS = (
     "pinmech/mechanism/closing.py",
     "pinmech/mechanism/assembly.py",
     "pinmech/kinematics/*.py",
-    "pinmech/actuation/motion/between.py",
+    "pinmech/actuation/forces/between.py",
     "pinmech/actuation/forces/*.py",
     "pinmech/actuation/sizing/[rst]*.py",
 )
@@ -306,6 +306,7 @@ def share(outcomes: Sequence[Outcome]) -> float:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
+    """Run, report; the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=300, help="mutants (default 300)")
     parser.add_argument("--seed", type=int, default=1, help="which of them (default 1)")

@@ -283,7 +283,7 @@ def _methods(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
             path.iterations,
             path.messages,
         ]
-        yield f"Path argument {k}", lambda x, k=k, p=parts: pm.Path(*p[:k], x, *p[k + 1 :])
+        yield f"Path argument {k}", lambda x, k=k, p=parts: pm.PosePath(*p[:k], x, *p[k + 1 :])
     yield "table.row", lambda x: table.row(x, x, x)
     yield "table.to_csv", lambda x: table.to_csv(_inside(folder, x))
     yield "table.to_csv envelope", lambda x: table.to_csv(folder / "table.csv", envelope=x)

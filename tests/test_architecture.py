@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import graphlib
 import re
 import tomllib
 from pathlib import Path
+
+import grimp
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "pinmech"
@@ -54,3 +57,12 @@ def test_files_that_the_page_names_exist() -> None:
         assert (PACKAGE / name).is_file(), name
     for name in re.findall(r"`((?:scripts|tests)/[\w/]+)`", PAGE):
         assert (ROOT / name).exists(), name
+
+
+def test_no_file_imports_itself_round_a_corner() -> None:
+    """No circle of imports, however long, type hints and imports inside functions included."""
+    graph = grimp.build_graph("pinmech")
+    arrows = {m: graph.find_modules_directly_imported_by(m) for m in graph.modules}
+    # The package offers its public names from wherever they are; nobody below may use that.
+    arrows.pop("pinmech")
+    graphlib.TopologicalSorter(arrows).prepare()

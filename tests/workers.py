@@ -20,7 +20,7 @@ def torques(state: pm.ClosedState) -> dict[str, float]:
     return dict(pm.inverse_dynamics(state, [0.3, 0.1], [1.0, -1.0]).torques)
 
 
-def along(mechanism: pm.Mechanism, path: pm.Path) -> np.ndarray:
+def along(mechanism: pm.Mechanism, path: pm.PosePath) -> np.ndarray:
     """Torques along a path that was sent."""
     rates = np.full((len(path), len(mechanism.outputs)), 0.1)
     return pm.inverse_dynamics_path(mechanism, path, rates, rates).torques

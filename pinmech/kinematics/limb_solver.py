@@ -264,7 +264,7 @@ class LimbSolver:
         return lambda body: kept[body] if body in kept else plain(body)
 
     def _rooted(self, q: Array) -> tuple[Array, bool]:
-        """q with the labelled coordinates at their roots, and whether one of them has none of the
+        """Q with the labelled coordinates at their roots, and whether one of them has none of the
         sign wanted; then it is as near as it gets.
 
         Raises:

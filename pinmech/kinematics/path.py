@@ -13,7 +13,7 @@ from pinmech.kinematics.inverse import InverseSolver
 from pinmech.kinematics.modes import wanted_signs
 from pinmech.kinematics.near_newton import near_newton
 from pinmech.kinematics.rows import Progress, Rows
-from pinmech.kinematics.solution import Path
+from pinmech.kinematics.solution import PosePath
 from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.numeric import numbers
 
@@ -28,7 +28,7 @@ def inverse_path(
     mode: Mapping[str, int] | None = None,
     limits: bool = True,
     progress: Progress | None = None,
-) -> Path:
+) -> PosePath:
     """Inverse kinematics along a path, in one working mode.
 
     Args:
@@ -40,7 +40,7 @@ def inverse_path(
         progress: called with (poses done, N) now and then.
 
     Returns:
-        A :class:`Path`; rows that failed are NaN and carry status and message.
+        A :class:`PosePath`; rows that failed are NaN and carry status and message.
 
     Raises:
         InputError: wrong shape. UnknownNameError: a limb that does not exist.
@@ -66,7 +66,7 @@ def forward_path(
     limits: bool = True,
     tolerance: float = CONSISTENT,
     progress: Progress | None = None,
-) -> Path:
+) -> PosePath:
     """Forward kinematics along a path of actuator values, on one assembly mode.
 
     Args:

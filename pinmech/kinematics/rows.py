@@ -16,7 +16,7 @@ from pinmech.equations.continuation import LONGEST_MOVE
 from pinmech.equations.outputs import output_rows
 from pinmech.kinematics.arguments import LARGEST, sensible
 from pinmech.kinematics.near_newton import NearNewton
-from pinmech.kinematics.solution import CONVERGED, Path, Solution
+from pinmech.kinematics.solution import CONVERGED, PosePath, Solution
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
@@ -72,7 +72,9 @@ class Rows:
         self.iterations = np.zeros(count, dtype=int)
         self.messages: dict[int, str] = {}
 
-    def solve(self, near: NearNewton | None, single: Callable[[Array, Array], Solution]) -> Path:
+    def solve(
+        self, near: NearNewton | None, single: Callable[[Array, Array], Solution]
+    ) -> PosePath:
         """All rows.
 
         Args:
@@ -97,7 +99,7 @@ class Rows:
         if self.progress is not None:
             self.progress(total, total)
         mechanism = self.mechanism
-        return Path(
+        return PosePath(
             mechanism=mechanism,
             success=self.success,
             status=self.status,

@@ -79,7 +79,7 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class Path(Sealed):
+class PosePath(Sealed):
     """Results along a path of N poses. Rows that failed are NaN. Arrays are read-only.
 
     Attributes:

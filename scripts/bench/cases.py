@@ -53,7 +53,7 @@ class Motion:
         expected: (N, n_drive) torques of least norm [N·m].
     """
 
-    path: pm.Path
+    path: pm.PosePath
     states: tuple[pm.ClosedState, ...]
     rates: Array
     accelerations: Array
@@ -128,13 +128,14 @@ def motion(mech: pm.Mechanism, count: int) -> Motion:
 
 def polished(mech: pm.Mechanism, q: Array, held: tuple[str, ...]) -> Array:
     """One more Newton step (dense, by numpy): the answer to the last digits."""
-    state = pm.verify_closed(mech, q)
+    state, data = pm.verify_closed(mech, q), mech.model.createData()
+    pin.forwardKinematics(mech.model, data, q)
     free = [k for k, name in enumerate(mech.joints) if name not in held]
     gaps = []
     for loop in mech.loops.values():
         first, second = loop.frames
-        one = state._data.oMi[first.joint] * first.placement
-        two = state._data.oMi[second.joint] * second.placement
+        one = data.oMi[first.joint] * first.placement
+        two = data.oMi[second.joint] * second.placement
         gaps.append(one.actInv(two).translation)
     out = q.copy()
     out[free] -= np.linalg.solve(pm.closure_jacobian(state)[:, free], np.concatenate(gaps))

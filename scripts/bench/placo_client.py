@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = ROOT / ".bench-env"
 
 
-class Unavailable(Exception):
+class UnavailableError(Exception):
     """placo cannot be had here; the message says why."""
 
 
@@ -26,7 +26,7 @@ def environment() -> Path:
     """The Python of .bench-env, made and filled on the first call.
 
     Raises:
-        Unavailable: making it or installing placo failed.
+        UnavailableError: making it or installing placo failed.
     """
     python = ENVIRONMENT / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     stamp = ENVIRONMENT / ".placo"
@@ -41,10 +41,10 @@ def environment() -> Path:
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=900)
         except (OSError, subprocess.TimeoutExpired) as trouble:
-            raise Unavailable(str(trouble)) from None
+            raise UnavailableError(str(trouble)) from None
         if done.returncode:
             lines = (done.stderr or done.stdout).strip().splitlines()
-            raise Unavailable(lines[-1] if lines else "installing failed")
+            raise UnavailableError(lines[-1] if lines else "installing failed")
     stamp.touch()
     return python
 
@@ -83,7 +83,7 @@ class Worker:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
         if not line:
-            raise Unavailable(f"the placo process ended with code {self._process.wait()}")
+            raise UnavailableError(f"the placo process ended with code {self._process.wait()}")
         return json.loads(line)
 
     def run(self, case: Case, *, limits: bool, tolerance: float) -> Run:

@@ -189,7 +189,7 @@ def _later(table: PaperTable) -> None:
     )
 
 
-def sweep_paths(mechanism: pm.Mechanism) -> dict[str, pm.Path]:
+def sweep_paths(mechanism: pm.Mechanism) -> dict[str, pm.PosePath]:
     """Figure 6: the arm angles along α = β on both branches."""
     outputs = np.column_stack([SWEEP, SWEEP])
     flipped = dict.fromkeys(("arm1", "arm2", "arm3"), -1)

@@ -43,7 +43,7 @@ def test_poses_are_solved_once_and_files_written_once(
     written: list[str] = []
     real = os.replace
 
-    def path(mechanism: pm.Mechanism, values: np.ndarray, **options: Any) -> pm.Path:
+    def path(mechanism: pm.Mechanism, values: np.ndarray, **options: Any) -> pm.PosePath:
         solved.append(len(values))
         return pm.inverse_path(mechanism, values, **options)
 

@@ -21,7 +21,7 @@ from pinmech.equations.closed import (
 from pinmech.errors import InputError, SingularError
 from pinmech.kinematics.arguments import LARGEST, asked, sensible
 from pinmech.kinematics.rates import check_rates
-from pinmech.kinematics.solution import Path, Status
+from pinmech.kinematics.solution import PosePath, Status
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.numeric import shown
 from pinmech.structure.closures import ClosureSystem
@@ -59,7 +59,7 @@ class Demand:
 @np.errstate(over="ignore", invalid="ignore")  # told by share_path, row by row
 def demand_path(
     mechanism: Mechanism,
-    path: Path,
+    path: PosePath,
     rates: object,
     accelerations: object,
     *,
@@ -83,11 +83,11 @@ def demand_path(
     return rows.demand(heading if continuous else None)
 
 
-def _of(mechanism: Mechanism, path: Path, progress: Progress | None) -> Path:
+def _of(mechanism: Mechanism, path: PosePath, progress: Progress | None) -> PosePath:
     """The path, as one of this mechanism: masses and friction of this one, in all that follows."""
     asked(mechanism, progress=progress)
-    if not isinstance(path, Path):
-        raise InputError(f"path must be a Path, from inverse_path, is {shown(path)}")
+    if not isinstance(path, PosePath):
+        raise InputError(f"path must be a PosePath, from inverse_path, is {shown(path)}")
     if not same_geometry(path.mechanism, mechanism):
         raise InputError(
             f"the path belongs to another mechanism, {path.mechanism.name}: its geometry (joints, "
@@ -101,7 +101,7 @@ class _Rows:
 
     def __init__(
         self,
-        path: Path,
+        path: PosePath,
         rate: Array,
         acceleration: Array,
         heading: Array,

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from pinmech.actuation.forces.between import breakdowns
 from pinmech.actuation.forces.demand import Demand, demand_path
 from pinmech.actuation.forces.dynamics import drive_limits, unbalanced_message
 from pinmech.actuation.forces.loads import Loads
 from pinmech.actuation.forces.overflow import overflow_message
 from pinmech.actuation.forces.sharing import DRIVE_RANK, check_sharing
 from pinmech.actuation.forces.standing import standing_torques
-from pinmech.actuation.motion.between import breakdowns
 from pinmech.actuation.motion.rotations import nearest_turn
-from pinmech.kinematics.solution import Path
+from pinmech.kinematics.solution import PosePath
 from pinmech.mechanism.mechanism import Mechanism
 
 Array = np.ndarray
@@ -70,7 +70,7 @@ class DynamicsPath:
 
 def inverse_dynamics_path(
     mechanism: Mechanism,
-    path: Path,
+    path: PosePath,
     rates: object,
     accelerations: object,
     *,
@@ -114,7 +114,7 @@ def inverse_dynamics_path(
 @np.errstate(over="ignore", invalid="ignore")  # told row by row
 def share_path(
     mechanism: Mechanism,
-    path: Path,
+    path: PosePath,
     demand: Demand,
     rates: object,
     *,
@@ -185,7 +185,7 @@ def _name_of(mechanism: Mechanism, names: tuple[str, ...]) -> str:
 class _Polyline:
     """The straight lines between the rows of a path; times are row numbers."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: PosePath) -> None:
         self.time = np.arange(len(path), dtype=float)
         self._outputs, self._kind = path.outputs, path.mechanism.outputs.kind
 
@@ -200,7 +200,7 @@ class _Polyline:
         return np.asarray(one + part * (two - one))
 
 
-def crossings(path: Path, jacobian: Array, drive: str) -> tuple[int, ...]:
+def crossings(path: PosePath, jacobian: Array, drive: str) -> tuple[int, ...]:
     """Rows k such that a drive passes a type 2 singularity on the straight line of the outputs
     between k and k + 1.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +17,7 @@ from pinmech.numeric import number, numbers, shown
 Array = np.ndarray
 
 
-def _tuple(values: object, shape: tuple[int, ...], what: str) -> tuple:
+def _tuple(values: object, shape: tuple[int, ...], what: str) -> tuple[Any, ...]:
     array = numbers(values, f"{what} value")
     if array.shape != shape or not np.isfinite(array).all():
         raise InputError(f"{what} must be finite numbers of shape {shape}, is {shown(values)}")

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from pinmech.actuation.forces.between import Breakdown
 from pinmech.actuation.forces.dynamics_path import DynamicsPath
-from pinmech.actuation.motion.between import Breakdown
 from pinmech.actuation.sizing.reduction import Reduced
 from pinmech.actuation.sizing.rows import History, SizingRow
-from pinmech.kinematics.solution import Path as PosePath
+from pinmech.kinematics.solution import PosePath
 
 Array = np.ndarray
 

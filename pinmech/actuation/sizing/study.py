@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from pinmech.actuation.forces.between import breakdowns
 from pinmech.actuation.forces.demand import demand_path
 from pinmech.actuation.forces.dynamics_path import DynamicsPath, share_path
 from pinmech.actuation.forces.overflow import overflow_message
-from pinmech.actuation.motion.between import breakdowns
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.actuation.sizing.case_file import load_case_file
 from pinmech.actuation.sizing.envelope import envelope
@@ -27,7 +27,7 @@ from pinmech.actuation.sizing.rows import History, Sampling, SizingRow
 from pinmech.actuation.sizing.table import SizingTable
 from pinmech.kinematics.arguments import check_progress
 from pinmech.kinematics.path import inverse_path
-from pinmech.kinematics.solution import Path as PosePath
+from pinmech.kinematics.solution import PosePath
 
 #: Called with (steps done, steps in all, what is being done).
 Progress = Callable[[int, int, str], object]

@@ -14,7 +14,7 @@ from pinmech.actuation.sizing.table_html import html_page
 from pinmech.actuation.sizing.table_markdown import markdown_page
 from pinmech.errors import UnknownNameError
 from pinmech.files.atomic import write_text
-from pinmech.kinematics.solution import Path as PosePath
+from pinmech.kinematics.solution import PosePath
 from pinmech.numeric import file_path, flag, shown_name
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.errors import InputError
-from pinmech.kinematics.solution import Path
+from pinmech.kinematics.solution import PosePath
 from pinmech.show.scene.bodies import BodyVisualizer
 from pinmech.show.scene.scene import Scene, loop_gaps
 from pinmech.show.scene.timing import Timing, joined_rows, time_axis
@@ -35,7 +35,7 @@ class Animation:
         note: which rows are left out; an empty text if none.
     """
 
-    path: Path
+    path: PosePath
     time: Array
     timing: Timing
     poses: dict[str, Array]
@@ -54,7 +54,7 @@ class Animation:
 
 
 def make_animation(
-    path: Path,
+    path: PosePath,
     scene: Scene,
     bodies: BodyVisualizer,
     *,
@@ -104,7 +104,7 @@ def make_animation(
     )
 
 
-def good_rows(path: Path) -> Array:
+def good_rows(path: PosePath) -> Array:
     """Rows of a path that succeeded.
 
     Raises:
@@ -119,7 +119,7 @@ def good_rows(path: Path) -> Array:
     return good
 
 
-def _note(path: Path, success: Array) -> str:
+def _note(path: PosePath, success: Array) -> str:
     bad = np.flatnonzero(~success)
     if not len(bad):
         return ""

@@ -10,7 +10,7 @@ import numpy as np
 
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.kinematics.path import inverse_path
-from pinmech.kinematics.solution import Path as PosePath
+from pinmech.kinematics.solution import PosePath
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show.scene.viewer import Viewer, view
 

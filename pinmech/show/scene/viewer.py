@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 import webbrowser
 from collections.abc import Sequence
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from meshcat.commands import SetAnimation
 
 from pinmech.errors import InputError
 from pinmech.files.atomic import write_text
-from pinmech.kinematics.solution import Path
+from pinmech.kinematics.solution import PosePath
 from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.numeric import flag, numbers, positive, shown
 from pinmech.show.scene import shapes
@@ -32,7 +32,7 @@ _FOREVER = 1_000_000
 
 
 def view(
-    subject: Mechanism | ClosedState | Path,
+    subject: Mechanism | ClosedState | PosePath,
     *,
     time: Sequence[float] | Array | None = None,
     duration: float | None = None,
@@ -67,7 +67,7 @@ def view(
             shapes that cannot be read; no server at ``url``.
     """
     flag(open, "open")
-    if isinstance(subject, Path):
+    if isinstance(subject, PosePath):
         viewer = Viewer(subject.mechanism)
         viewer.animate(subject, time=time, duration=duration, frames=frames)
     elif isinstance(subject, Mechanism | ClosedState):
@@ -77,7 +77,9 @@ def view(
         viewer = Viewer(home.mechanism)
         viewer.display(home)
     else:
-        raise InputError(f"view needs a Mechanism, a ClosedState or a Path, got {shown(subject)}")
+        raise InputError(
+            f"view needs a Mechanism, a ClosedState or a PosePath, got {shown(subject)}"
+        )
     if url is not None:
         if not isinstance(url, str):
             raise InputError(f"url must be a text, like 'tcp://127.0.0.1:6000', is {shown(url)}")
@@ -143,15 +145,17 @@ class Viewer:
 
     def animate(
         self,
-        path: Path,
+        path: PosePath,
         *,
         time: Sequence[float] | Array | None = None,
         duration: float | None = None,
         frames: int = 240,
     ) -> None:
         """Make the scene play a path; arguments as for :func:`view`."""
-        if not isinstance(path, Path):
-            raise InputError(f"path must be a Path, from inverse_path, not {type(path).__name__}")
+        if not isinstance(path, PosePath):
+            raise InputError(
+                f"path must be a PosePath, from inverse_path, not {type(path).__name__}"
+            )
         if not same_geometry(path.mechanism, self.mechanism):
             raise InputError(f"the path is of another mechanism, {path.mechanism.name}")
         shown = make_animation(
@@ -172,7 +176,7 @@ class Viewer:
 
     def play(
         self,
-        path: Path | None = None,
+        path: PosePath | None = None,
         *,
         time: Sequence[float] | Array | None = None,
         rate: float = 1.0,
@@ -233,7 +237,7 @@ class Viewer:
             readout=readout,
         )
 
-    def write_html(self, path: str | FilePath) -> FilePath:
+    def write_html(self, path: str | Path) -> Path:
         """Write the static page; returns its path.
 
         Raises:

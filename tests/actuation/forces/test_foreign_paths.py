@@ -17,16 +17,16 @@ RATES = np.full((9, 2), 0.3)
 
 
 @pytest.fixture(scope="module")
-def path(antenna: pm.Mechanism) -> pm.Path:
+def path(antenna: pm.Mechanism) -> pm.PosePath:
     return pm.inverse_path(antenna, POSES)
 
 
-def torques(mech: pm.Mechanism, path: pm.Path) -> np.ndarray:
+def torques(mech: pm.Mechanism, path: pm.PosePath) -> np.ndarray:
     return pm.inverse_dynamics_path(mech, path, RATES, RATES).torques
 
 
 def test_a_path_of_another_geometry_is_refused(
-    antenna: pm.Mechanism, wide: pm.Mechanism, path: pm.Path
+    antenna: pm.Mechanism, wide: pm.Mechanism, path: pm.PosePath
 ) -> None:
     """The two have the same joint names; before, the torques were simply wrong."""
     assert antenna.joints == wide.joints
@@ -37,7 +37,7 @@ def test_a_path_of_another_geometry_is_refused(
         torques(wide, path)
 
 
-def test_arrays_of_a_path_cannot_be_edited(path: pm.Path) -> None:
+def test_arrays_of_a_path_cannot_be_edited(path: pm.PosePath) -> None:
     for name in ("success", "status", "q", "actuators", "outputs", "residual", "iterations"):
         array = getattr(path, name)
         with pytest.raises(ValueError, match="read-only"):
@@ -50,7 +50,7 @@ def test_arrays_of_a_path_cannot_be_edited(path: pm.Path) -> None:
         path.q = path.q + 1.0  # type: ignore[misc]
 
 
-def test_the_arrays_that_a_path_was_made_from_are_its_own(path: pm.Path) -> None:
+def test_the_arrays_that_a_path_was_made_from_are_its_own(path: pm.PosePath) -> None:
     q = np.array(path.q)
     other = dataclasses.replace(path, q=q)
     q += 1.0
@@ -58,7 +58,7 @@ def test_the_arrays_that_a_path_was_made_from_are_its_own(path: pm.Path) -> None
 
 
 @pytest.mark.parametrize("size", [1e-2, 1e-6, 3e-9])
-def test_an_edited_path_is_refused(antenna: pm.Mechanism, path: pm.Path, size: float) -> None:
+def test_an_edited_path_is_refused(antenna: pm.Mechanism, path: pm.PosePath, size: float) -> None:
     """Every joint that a loop holds, in every row; dynamics say which row and which loop."""
     for joint in ("arm1", "rod2_u1", "beta"):
         q = np.array(path.q)
@@ -68,7 +68,7 @@ def test_an_edited_path_is_refused(antenna: pm.Mechanism, path: pm.Path, size: f
             torques(antenna, edited)
 
 
-def test_rounding_is_no_edit(antenna: pm.Mechanism, path: pm.Path) -> None:
+def test_rounding_is_no_edit(antenna: pm.Mechanism, path: pm.PosePath) -> None:
     q = np.array(path.q) + 1e-13
     edited = torques(antenna, dataclasses.replace(path, q=q))
     np.testing.assert_allclose(edited, torques(antenna, path), rtol=1e-9)
@@ -89,7 +89,7 @@ def test_rows_that_failed_are_not_asked(antenna: pm.Mechanism) -> None:
         torques(antenna, claimed)
 
 
-def test_success_and_status_agree(path: pm.Path) -> None:
+def test_success_and_status_agree(path: pm.PosePath) -> None:
     """A row that is ok in one and not in the other would get NaN torques with status ok."""
     for name, value in (("success", False), ("status", "limit")):
         array = np.array(getattr(path, name))
@@ -98,7 +98,7 @@ def test_success_and_status_agree(path: pm.Path) -> None:
             dataclasses.replace(path, **{name: array})
 
 
-def test_a_path_made_by_hand_is_verified(antenna: pm.Mechanism, path: pm.Path) -> None:
+def test_a_path_made_by_hand_is_verified(antenna: pm.Mechanism, path: pm.PosePath) -> None:
     """From raw joint values: closed ones are as good as a solver's, open ones are refused."""
     count = len(POSES)
     parts = {
@@ -111,13 +111,13 @@ def test_a_path_made_by_hand_is_verified(antenna: pm.Mechanism, path: pm.Path) -
         "residual": np.zeros(count),
         "iterations": np.zeros(count, dtype=int),
     }
-    np.testing.assert_array_equal(torques(antenna, pm.Path(**parts)), torques(antenna, path))
+    np.testing.assert_array_equal(torques(antenna, pm.PosePath(**parts)), torques(antenna, path))
     parts["q"] = np.zeros((count, 11))
     with pytest.raises(InputError, match="is open by"):
-        torques(antenna, pm.Path(**parts))
+        torques(antenna, pm.PosePath(**parts))
     for name, bad in (("q", np.zeros((count, 10))), ("residual", np.zeros(3)), ("success", [True])):
         with pytest.raises(InputError, match=f"{name} of a path"):
-            pm.Path(**{**parts, name: bad})
+            pm.PosePath(**{**parts, name: bad})
 
 
 def test_an_axis_the_wrong_way_round_is_refused() -> None:

@@ -24,7 +24,7 @@ from pinmech.actuation.motion.rotations import quaternions
 from pinmech.equations.cones import cone_margins
 from pinmech.kinematics.inverse import inverse
 from pinmech.kinematics.path import inverse_path
-from pinmech.kinematics.solution import Path
+from pinmech.kinematics.solution import PosePath
 from pinmech.mechanism.mechanism import Mechanism, verify_closed
 
 Array = np.ndarray
@@ -78,7 +78,7 @@ class Breakdown:
 def breakdowns(
     mechanism: Mechanism,
     motion: Motion,
-    path: Path,
+    path: PosePath,
     actuator_jacobian: Array,
     drives: Sequence[str],
     rows: Array | None = None,
@@ -110,7 +110,7 @@ class _Examination:
         self,
         mechanism: Mechanism,
         motion: Motion,
-        path: Path,
+        path: PosePath,
         jacobian: Array,
         drives: Sequence[str],
     ) -> None:
@@ -209,7 +209,7 @@ class _Examination:
     def _jacobians(self, q: Array) -> tuple[Array, Array]:
         """(N, n_act, n_out) actuator rates per output rate at closed q, and which exist."""
         mechanism, count = self.mechanism, len(q)
-        path = Path(
+        path = PosePath(
             mechanism=mechanism,
             success=np.ones(count, dtype=bool),
             status=np.full(count, "ok"),

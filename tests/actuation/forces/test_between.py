@@ -14,9 +14,9 @@ from kinematics.test_limits import limited
 from oracles import antenna as oracle
 
 import pinmech as pm
+from pinmech.actuation.forces.between import Breakdown, Motion, breakdowns
 from pinmech.actuation.forces.demand import demand_path
 from pinmech.actuation.motion import between
-from pinmech.actuation.motion.between import Breakdown, Motion, breakdowns
 from pinmech.actuation.motion.profiles import rest_to_rest, sweep
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.actuation.sizing.case import Case, LoadCase
@@ -415,7 +415,7 @@ def test_what_a_smooth_motion_costs(antenna: pm.Mechanism, monkeypatch: pytest.M
     values = 0.25 * np.column_stack([np.sin(t), np.cos(0.7 * t)])
     motion, solved, real = Trajectory(("alpha", "beta"), t, values), [0], between.inverse_path
 
-    def counting(mechanism: pm.Mechanism, rows: Array, **options: Any) -> pm.Path:
+    def counting(mechanism: pm.Mechanism, rows: Array, **options: Any) -> pm.PosePath:
         solved[0] += len(rows)
         return real(mechanism, rows, **options)
 
