@@ -36,6 +36,7 @@ from pinmech.designs.solids import Solid, cross_block
 from pinmech.designs.yamltext import description_text
 from pinmech.errors import InputError
 from pinmech.numeric import one_of
+from pinmech.units import Quantity
 
 #: Drive of an arm; its limits are assumptions.
 ARM_MOTOR = Motor(effort=20.0, velocity=2.0)
@@ -102,12 +103,12 @@ class Antenna3RSU:
         number = isinstance(cone, int | float) and not isinstance(cone, bool)
         if not number or not 0.0 < cone <= math.pi:
             raise InputError(f"ball_joint_cone must be an angle within 0 .. pi rad, is {cone!r}")
-        home = self._swing(0.0)
+        home, angle = self._swing(0.0), Quantity.ANGLE.text
         if (off := abs(home - self.housing_angle)) > cone:
             raise InputError(
-                f"with ball_joint_cone = {math.degrees(cone):.4g} deg the level platform cannot be "
-                f"held: the studs are {math.degrees(off):.4g} deg out of the housings there; take "
-                f"a wider cone or a ball_joint_window below {math.degrees(window):.4g} deg"
+                f"with ball_joint_cone = {angle(cone)} the level platform cannot be held: the "
+                f"studs are {angle(off)} out of the housings there; take a wider cone or a "
+                f"ball_joint_window below {angle(window)}"
             )
 
     @property
@@ -145,7 +146,7 @@ class Antenna3RSU:
         discriminant = p1**2 + p2**2 - p3**2
         if discriminant <= 1e-12 * (p1**2 + p2**2):
             reach = math.hypot(inward, up)
-            where = f"tilted by {math.degrees(tilt):.4g} deg" if tilt else "level"
+            where = f"tilted by {Quantity.ANGLE.text(tilt)}" if tilt else "level"
             raise InputError(
                 f"the mechanism does not assemble {where}: A_i and B_i are {reach:g} m apart, "
                 f"which must lie well between |l1 - l2| = {abs(self.l1 - self.l2):g} m and "
@@ -250,18 +251,19 @@ class Antenna3RSU:
         pairs = {} if spherical else {"12": arms[:2], "13": arms[::2], "23": arms[1:]}
         title = (
             f"{len(outputs)}-DOF antenna pointing mechanism, 3-RSU, {self.strut} strut, "
-            f"rods of {1e3 * self.l2:g} mm"
+            f"rods of {Quantity.LENGTH.text(self.l2, 'g')}"
         )
         turn = "platform rotation Rx(alpha) Ry(beta)"
         ball_joints = "ideal: they turn without limit, as in the paper"
         if self.ball_joint_cone is not None:
-            title += f", ball joints of {math.degrees(self.ball_joint_cone):.4g} deg"
+            title += f", ball joints of {Quantity.ANGLE.text(self.ball_joint_cone)}"
             ball_joints = (
                 "real: the housing's axis is fixed in the arm, the stud's lies along the rod, and "
                 "they stay within the angle"
             )
         size = ", ".join(
-            f"{key} = {number(1e3 * getattr(self, key))}" for key in ("R", "r", "h", "l1", "l2")
+            f"{key} = {number(Quantity.LENGTH.shown(getattr(self, key)))}"
+            for key in ("R", "r", "h", "l1", "l2")
         )
         return description_text(
             name,

@@ -35,6 +35,7 @@ from pinmech.designs.placements import ORIGIN, Y, Z, placement
 from pinmech.designs.solids import Solid, bar, box, cylinder, pin
 from pinmech.errors import InputError
 from pinmech.numeric import numbers, shown
+from pinmech.units import Quantity
 
 
 @dataclass(frozen=True)
@@ -187,6 +188,9 @@ class Decoupled4R:
     # -------------------------------------------------------------------------- the description
 
     def _description(self, name: str) -> str:
+        def size(length: float) -> str:
+            return Quantity.LENGTH.text(length, ".10g")
+
         parallelogram = {"name": "r8", "type": "revolute", "frames": ["riser_r8", "follower_r8"]}
         return decoupled.description_text_of(
             name,
@@ -194,7 +198,7 @@ class Decoupled4R:
             [decoupled.R3_LOOP, parallelogram],
             head=(
                 "written by pinmech/designs/decoupled_4r.py; do not edit",
-                f"e = {1e3 * self.e:.10g} mm, m = {1e3 * self.m:.10g} mm. Every other length, "
+                f"e = {size(self.e)}, m = {size(self.m)}. Every other length, "
                 "masses, sections, effort and velocity limits are assumptions; the paper gives no "
                 "joint limits.",
             ),

@@ -33,6 +33,7 @@ from pinmech.designs.parts import (
 )
 from pinmech.designs.placements import X, Y, Z, placement
 from pinmech.numeric import one_of
+from pinmech.units import Quantity
 
 PAIRS = ("F", "PPR", "RPR", "3R")
 
@@ -163,8 +164,8 @@ class DecoupledPF:
             [loop],
             head=(
                 "written by pinmech/designs/decoupled_pf.py; do not edit",
-                f"e = {1e3 * self.e:.10g} mm. Slider stroke, masses, sections, effort and "
-                "velocity limits are assumptions; the paper gives no joint limits.",
+                f"e = {Quantity.LENGTH.text(self.e, '.10g')}. Slider stroke, masses, sections, "
+                "effort and velocity limits are assumptions; the paper gives no joint limits.",
             ),
             notes={
                 "loops": what,

@@ -38,6 +38,7 @@ from pinmech.designs.placements import ORIGIN, X, Y, Z, placement, rotation
 from pinmech.designs.solids import Solid, bar, box, cylinder, sphere
 from pinmech.designs.yamltext import description_text
 from pinmech.errors import InputError
+from pinmech.units import Quantity
 
 AZIMUTHS = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 
@@ -202,9 +203,9 @@ class GPR3PS:
             },
             head=(
                 "written by pinmech/designs/gpr_3ps.py; do not edit",
-                f"R = {1e3 * self.R:.10g} mm is not printed in the paper: an assumption (it gives "
-                "the 30 um shift of the centre at 2 deg), as are stroke, masses, sections, effort "
-                "and velocity limits.",
+                f"R = {Quantity.LENGTH.text(self.R, '.10g')} is not printed in the paper: an "
+                "assumption (it gives the 30 um shift of the centre at 2 deg), as are stroke, "
+                "masses, sections, effort and velocity limits.",
                 remark,
             ),
             notes={

@@ -58,6 +58,7 @@ from pinmech.designs.solids import cross_block, moved
 from pinmech.designs.yamltext import description_text
 from pinmech.errors import InputError
 from pinmech.numeric import numbers, one_of
+from pinmech.units import Quantity
 
 #: Drive of a crank; its limits are assumptions.
 CRANK_MOTOR = Motor(effort=10.0, velocity=3.0)
@@ -238,8 +239,10 @@ class Spherical3PaUR:
             cuts = [(f"b{i}", f"base_b{i}", f"rocker{i}_b{i}") for i in (1, 2, 3)]
             cuts += [(f"d{i}", f"crank{i}_d{i}", f"coupler{i}_d{i}") for i in (2, 3)]
         cranks = [f"crank{i}" for i in (1, 2, 3)]
-        margin = math.degrees(self.crank_margin)
-        sizes = ", ".join(f"{k} = {1e3 * getattr(self, k):.10g}" for k in ("r0", "l0", "ab"))
+        margin = Quantity.ANGLE.shown(self.crank_margin)
+        sizes = ", ".join(
+            f"{k} = {Quantity.LENGTH.shown(getattr(self, k)):.10g}" for k in ("r0", "l0", "ab")
+        )
         return description_text(
             name,
             {
