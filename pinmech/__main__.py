@@ -61,8 +61,11 @@ def _answer(before: object, after: object) -> bool:
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
-    """Leave at once. In the middle of an import an exception would be wrapped or swallowed by the
-    module that it comes up in, and at exit it would come up nowhere."""
+    """Leave at once.
+
+    In the middle of an import an exception would be wrapped or swallowed by the module that it
+    comes up in, and at exit it would come up nowhere.
+    """
     os.write(2, b"pinmech: interrupted\n")
     os._exit(_INTERRUPTED)
 

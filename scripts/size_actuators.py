@@ -14,8 +14,8 @@ import sys
 from pathlib import Path
 
 from pinmech.errors import PinmechError
-from pinmech.show.reports import report, shortfall
-from pinmech.show.tables import console
+from pinmech.show.report import report, shortfall
+from pinmech.show.terminal.console import console
 
 DEFAULT = Path(__file__).resolve().parent / "cases" / "antenna_relay.yaml"
 

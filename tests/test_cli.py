@@ -18,7 +18,7 @@ from pinmech.cli import app as commands
 from pinmech.cli.run import run
 from pinmech.cli.values import assignments, modes, quantity
 from pinmech.errors import InputError
-from pinmech.show.terminal.console import REACTION_PARTS
+from pinmech.show.terminal.mobility import REACTION_PARTS
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "scripts" / "view.py"
@@ -189,7 +189,8 @@ def test_size_writes_the_tables_and_a_page(call, tmp_path) -> None:
         "sizing_short.csv",
         "sizing_short.md",
         "sizing_short.html",
-        "view_short_slew.html",
+        "view_short.slew.html",
+        "torque_short.slew.png",
     }
     for path in out.iterdir():
         assert str(path) in text
@@ -396,7 +397,7 @@ def test_an_interrupt_while_importing_is_one_line(module: str) -> None:
 
 
 def test_an_interrupt_while_a_command_imports_is_one_line() -> None:
-    report = ("pinmech.show.reports", "size", "antenna_relay")
+    report = ("pinmech.show.report", "size", "antenna_relay")
     # A module may make an error of its own of whatever comes up in it, as pybind11's do.
     for how in (INTERRUPT, "wrapped()"):
         done = process("-c", HEARING + interrupted_while_importing(*report, how=how))

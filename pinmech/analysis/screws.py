@@ -1,6 +1,7 @@
-"""Screw systems of the limbs: which platform twists each limb allows, which wrenches it transmits
-with its actuators free (reciprocal screws; Hunt 1978, Dai, Huang & Lipkin 2006,
-doi:10.1115/1.1901708).
+"""Screw systems of the limbs: platform twists that each limb allows, wrenches that it transmits.
+
+Actuators are free; reciprocal screws as in Hunt 1978 and Dai, Huang & Lipkin 2006,
+doi:10.1115/1.1901708.
 
 A limb is looked at alone: base, platform and the limb between them, with its own loops (a
 parallelogram, say) closed.
@@ -16,10 +17,10 @@ import pinocchio as pin
 
 from pinmech.equations.scaling import frame_twist, null_space
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.arguments import closed, numbers
+from pinmech.kinematics.arguments import closed
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.state import ClosedState
-from pinmech.numeric import flag, shown, shown_name
+from pinmech.numeric import flag, numbers, shown, shown_name
 from pinmech.structure.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
 from pinmech.structure.limbs import BASE, Limb
 
@@ -44,12 +45,12 @@ class ScrewSystem:
     @property
     def order(self) -> int:
         """Order of the twist system."""
-        return self.twists.shape[1]
+        return int(self.twists.shape[1])
 
     @property
     def constraint_order(self) -> int:
         """Order of the constraint wrench system."""
-        return self.wrenches.shape[1]
+        return int(self.wrenches.shape[1])
 
 
 @dataclass(frozen=True)
@@ -189,4 +190,4 @@ def _loop_rows(
     origin = (system.data.oMi[second.joint] * second.placement).translation
     between[:3] -= pin.skew(origin - point) @ between[3:]
     turned = np.vstack([rotation.T @ between[:3], rotation.T @ between[3:]])
-    return wrenches.T @ turned / mechanism.length
+    return np.asarray(wrenches.T @ turned / mechanism.length)

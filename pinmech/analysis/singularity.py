@@ -143,8 +143,10 @@ def singularity(
 
 
 def _small(stacked: Array, idle: Array) -> tuple[Array, Array]:
-    """Singular values (nv - i,) and right vectors of dimensionless equations, idle motions
-    divided out; zeros for the values that too few equations leave."""
+    """Singular values (nv - i,) and right vectors of dimensionless equations.
+
+    Idle motions are divided out; the values that too few equations leave are zeros.
+    """
     _, values, vt = np.linalg.svd(np.vstack([stacked, idle.T]))
     padded = np.zeros(vt.shape[0])
     padded[: len(values)] = values

@@ -18,6 +18,7 @@ from pinmech.cli.arguments import (
     Name,
     NoLimits,
     Outputs,
+    Seconds,
     load_mechanism,
     print_answer,
     print_json,
@@ -28,9 +29,11 @@ from pinmech.cli.arguments import (
 from pinmech.description.schema import json_schema
 from pinmech.errors import InputError
 from pinmech.files.names import slug
-from pinmech.show.tables import console
-from pinmech.show.terminal import console as show
-from pinmech.show.terminal import records
+from pinmech.show import records
+from pinmech.show.terminal.console import console, table
+from pinmech.show.terminal.info import print_info
+from pinmech.show.terminal.mobility import print_mobility
+from pinmech.show.terminal.singularity import print_singularity
 from pinmech.structure.loading import find_description, read_file
 
 app = typer.Typer(
@@ -81,25 +84,27 @@ def list_command(as_json: Json = False) -> None:
     if as_json:
         print_json([{"name": name, "title": title} for name, title in titles.items()])
     else:
-        console().print(show.table(("name", "title"), titles.items(), ()))
+        console().print(table(("name", "title"), titles.items(), ()))
 
 
 @app.command()
-def info(name: Name, as_json: Json = False) -> None:
-    """Say what a mechanism is: outputs, actuators, drives, loops, limbs, home."""
-    mechanism = load_mechanism(name)
+def info(name: Name, seconds: Seconds = None, as_json: Json = False) -> None:
+    """Say what a mechanism is: outputs, actuators, drives, loops, cones, limbs, home."""
+    mechanism = load_mechanism(name, seconds)
     if as_json:
         print_json(records.info_record(mechanism))
     else:
-        show.print_info(mechanism, console())
+        print_info(mechanism, console())
 
 
 @app.command()
 def inverse(
+    *,
     name: Name,
     outputs: Outputs = None,
     mode: Modes = None,
     no_limits: NoLimits = False,
+    seconds: Seconds = None,
     joints: Joints = False,
     as_json: Json = False,
 ) -> None:
@@ -111,7 +116,7 @@ def inverse(
     pinmech inverse antenna_3rsu alpha=10 beta=5
     pinmech inverse antenna_3rsu alpha=0.4rad beta=-12.6 --mode arm1=-1
     """
-    mechanism = load_mechanism(name)
+    mechanism = load_mechanism(name, seconds)
     target = read_outputs(mechanism, outputs)
     solution = pm.inverse(mechanism, target, mode=read_modes(mode), limits=not no_limits)
     print_answer(mechanism, solution, joints=joints, as_json=as_json)
@@ -119,12 +124,14 @@ def inverse(
 
 @app.command()
 def forward(
+    *,
     name: Name,
     actuators: Annotated[
         list[str] | None,
         typer.Argument(metavar="ACTUATOR=VALUE", help="Values in deg or mm, or as 0.1rad."),
     ] = None,
     no_limits: NoLimits = False,
+    seconds: Seconds = None,
     joints: Joints = False,
     as_json: Json = False,
 ) -> None:
@@ -136,7 +143,7 @@ def forward(
     \b
     pinmech forward antenna_3rsu arm1=30 arm2=60
     """
-    mechanism = load_mechanism(name)
+    mechanism = load_mechanism(name, seconds)
     angular = {n: not a.prismatic for n, a in mechanism.actuators.items()}
     given = typed.quantities(actuators or [], angular, "actuator")
     solution = pm.forward(mechanism, given, limits=not no_limits)
@@ -145,6 +152,7 @@ def forward(
 
 @app.command()
 def singularity(
+    *,
     name: Name,
     outputs: Outputs = None,
     drive: Annotated[
@@ -153,6 +161,7 @@ def singularity(
     ] = None,
     mode: Modes = None,
     no_limits: NoLimits = False,
+    seconds: Seconds = None,
     as_json: Json = False,
 ) -> None:
     """Which singularities a pose is at, or how near: kinds, distances, directions.
@@ -162,18 +171,19 @@ def singularity(
     \b
     pinmech singularity antenna_3rsu alpha=10 beta=5 --drive 12
     """
-    mechanism = load_mechanism(name)
+    mechanism = load_mechanism(name, seconds)
     mechanism.drive(drive)
     state = read_pose(mechanism, outputs, mode, no_limits)
     found = pm.singularity(state, drive=drive)
     if as_json:
         print_json(records.singularity_record(state, found))
     else:
-        show.print_singularity(state, found, console())
+        print_singularity(state, found, console())
 
 
 @app.command()
 def mobility(
+    *,
     name: Name,
     outputs: Outputs = None,
     lock: Annotated[
@@ -182,6 +192,7 @@ def mobility(
     ] = None,
     mode: Modes = None,
     no_limits: NoLimits = False,
+    seconds: Seconds = None,
     as_json: Json = False,
 ) -> None:
     """How many ways a pose can move, from the rank of its loop closures; limb by limb.
@@ -192,13 +203,13 @@ def mobility(
     pinmech mobility spherical_3paur
     pinmech mobility antenna_3rsu alpha=10 beta=5 --lock arm1
     """
-    mechanism = load_mechanism(name)
+    mechanism = load_mechanism(name, seconds)
     state = read_pose(mechanism, outputs, mode, no_limits)
     found, screws = pm.mobility(state, locked=lock or ()), pm.limb_screws(state)
     if as_json:
         print_json(records.mobility_record(state, found, screws))
     else:
-        show.print_mobility(state, found, screws, console())
+        print_mobility(state, found, screws, console())
 
 
 @app.command()
@@ -222,11 +233,11 @@ def size(
     pinmech size antenna_relay
     pinmech size scripts/cases/antenna_relay.yaml --out out/relay
     """
-    from pinmech.show.reports import report, shortfall
+    from pinmech.show.report import report, shortfall
 
-    table = report(case, out, console())
-    if lacking := shortfall(table):
-        nothing = table.failed == len(table.rows)
+    sized = report(case, out, console())
+    if lacking := shortfall(sized):
+        nothing = sized.failed == len(sized.rows)
         sys.stderr.write(f"pinmech: {'' if nothing else 'warning: '}{lacking}\n")
         if nothing:
             raise typer.Exit(1)
@@ -234,6 +245,7 @@ def size(
 
 @app.command()
 def view(
+    *,
     name: Name,
     outputs: Outputs = None,
     trajectory: Annotated[
@@ -246,6 +258,7 @@ def view(
     show_it: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
     mode: Modes = None,
     no_limits: NoLimits = False,
+    seconds: Seconds = None,
 ) -> None:
     """Write a page that shows the mechanism in 3D; it works offline.
 
@@ -258,7 +271,7 @@ def view(
     """
     from pinmech.show.scene.pages import view_trajectory
 
-    mechanism = load_mechanism(name)
+    mechanism = load_mechanism(name, seconds)
     if trajectory is None:
         viewer = pm.view(read_pose(mechanism, outputs, mode, no_limits))
     elif outputs:

@@ -16,10 +16,10 @@ from pinmech.cli import values as typed
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.state import ClosedState
-from pinmech.show.tables import console
-from pinmech.show.terminal import console as show
-from pinmech.show.terminal import records
+from pinmech.show import records
+from pinmech.show.terminal.console import console
 from pinmech.show.terminal.progress import progress_bar
+from pinmech.show.terminal.solution import print_solution
 
 Name = Annotated[
     str, typer.Argument(metavar="NAME", help="A built-in mechanism, or a description file.")
@@ -41,18 +41,30 @@ Joints = Annotated[bool, typer.Option("--joints", help="List all joints, passive
 Json = Annotated[
     bool, typer.Option("--json", help="Print JSON instead: SI units and radians, all digits.")
 ]
-
+Seconds = Annotated[
+    float | None,
+    typer.Option(
+        "--assembly-seconds",
+        metavar="SECONDS",
+        help="How long to look for a closed home, inf for no end; default 10.",
+    ),
+]
 
 #: A progress bar appears when an assembly takes longer than this [s].
 _PATIENCE = 0.7
 
 
-def load_mechanism(name: str) -> Mechanism:
+def load_mechanism(name: str, seconds: float | None = None) -> Mechanism:
     """The mechanism of a command, with a bar on the terminal while a long assembly goes on.
 
+    Args:
+        name: a built-in mechanism, or a description file.
+        seconds: how long to look for a closed home [s]; None: as long as :func:`pinmech.load`.
+
     Raises:
-        UnknownNameError, DescriptionError: as for :func:`pinmech.load`.
+        UnknownNameError, DescriptionError, InputError: as for :func:`pinmech.load`.
     """
+    budget = {} if seconds is None else {"assembly_seconds": seconds}
     began = time.monotonic()
     with ExitStack() as stack:
         bar: Callable[[int, int, str], None] | None = None
@@ -64,7 +76,7 @@ def load_mechanism(name: str) -> Mechanism:
             if bar is not None:
                 bar(done, total, f"looking for a closed home of {name}")
 
-        return pm.load(name, progress=progress)
+        return pm.load(name, progress=progress, **budget)
 
 
 def read_outputs(mechanism: Mechanism, texts: list[str] | None) -> dict[str, float]:
@@ -105,7 +117,7 @@ def print_answer(mechanism: Mechanism, solution: Solution, *, joints: bool, as_j
         print_json(records.solution_record(mechanism, solution))
     solution.unwrap()
     if not as_json:
-        show.print_solution(solution, console(), joints=joints)
+        print_solution(solution, console(), joints=joints)
 
 
 def print_json(data: Any) -> None:

@@ -33,23 +33,26 @@ def run(arguments: Sequence[str] | None = None) -> int:
     try:
         code = app(given or ["--help"], prog_name="pinmech", standalone_mode=False)
         sys.stdout.flush()
-    except (SolveError, SingularError) as error:
-        return _tell(str(error), NO_ANSWER)
-    except PinmechError as error:
-        return _tell(str(error), BAD_INPUT)
-    except _UsageError as error:
-        return _tell(_usage(error), BAD_INPUT)
     except BrokenPipeError:
         # Who read the output has left; what is still buffered must not raise at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return NO_ANSWER
-    except OSError as error:
-        return _tell(f"{error.filename or 'file'}: {error.strerror or error}", BAD_INPUT)
-    except (KeyboardInterrupt, typer.Abort):
-        return _tell("interrupted", INTERRUPTED)
+    except (PinmechError, _UsageError, OSError, KeyboardInterrupt, typer.Abort) as error:
+        return _tell(*_message(error))
     if code == INTERRUPTED:  # newer versions of typer catch the interrupt themselves
         return _tell("interrupted", INTERRUPTED)
     return code if isinstance(code, int) else 0
+
+
+def _message(error: BaseException) -> tuple[str, int]:
+    """What a person is told of an error, and the exit code."""
+    if isinstance(error, PinmechError):
+        return str(error), NO_ANSWER if isinstance(error, SolveError | SingularError) else BAD_INPUT
+    if isinstance(error, _UsageError):
+        return _usage(error), BAD_INPUT
+    if isinstance(error, OSError):
+        return f"{error.filename or 'file'}: {error.strerror or error}", BAD_INPUT
+    return "interrupted", INTERRUPTED
 
 
 def _tell(message: str, code: int) -> int:

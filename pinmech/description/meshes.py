@@ -21,8 +21,10 @@ _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
 
 
 def mesh_files(holders: Iterable[etree._Element]) -> list[str]:
-    """Mesh files of ``<visual>`` or ``<collision>`` elements that have been checked, each once, as
-    they are named there, prefixes taken off."""
+    """Mesh files of ``<visual>`` or ``<collision>`` elements that have been checked, each once.
+
+    They are named as there, prefixes taken off.
+    """
     found = [_file(mesh) for holder in holders for mesh in holder.iter("mesh")]
     return list(dict.fromkeys(found))
 

@@ -73,6 +73,8 @@ class Urdf:
 
 @dataclass
 class _Reader:
+    """Reads attributes and collects faults."""
+
     label: str
     folder: Path | None
     faults: list[Fault] = field(default_factory=list)
@@ -81,11 +83,16 @@ class _Reader:
         where = self.label if element is None else f"{self.label}:{element.sourceline}"
         self.faults.append(Fault(where, message))
 
+    def fault_at(self, line: int, message: str) -> None:
+        self.faults.append(Fault(f"{self.label}:{line}", message))
+
     def numbers(
         self, element: etree._Element, key: str, count: int, largest: float = _LARGEST
     ) -> list[float] | None:
-        """``count`` finite numbers of an attribute, which is written anew in plain form; a fault
-        and None when they are not that."""
+        """``count`` finite numbers of an attribute, which is written anew in plain form.
+
+        When they are not that: a fault, and None.
+        """
         text = element.get(key)
         if text is None:
             return None
@@ -301,16 +308,15 @@ def _check_tree(
     masses: dict[str, float],
     joints: dict[str, UrdfJoint],
 ) -> None:
+    """One root, no cycles, and inertia behind every joint that moves."""
     parent_joint: dict[str, UrdfJoint] = {}
     for joint in joints.values():
         other = parent_joint.setdefault(joint.child, joint)
         if other is not joint and joint.child in masses:
-            reader.faults.append(
-                Fault(
-                    f"{reader.label}:{joint.line}",
-                    f"link {joint.child!r} already hangs on joint {other.name!r}: a URDF is a tree;"
-                    " close the loop in the description file",
-                )
+            reader.fault_at(
+                joint.line,
+                f"link {joint.child!r} already hangs on joint {other.name!r}: a URDF is a tree;"
+                " close the loop in the description file",
             )
     roots = [link for link in masses if link not in parent_joint]
     if not masses:
@@ -318,26 +324,32 @@ def _check_tree(
     elif len(roots) != 1:
         listed = ", ".join(map(repr, roots)) or "none (the joints form a cycle)"
         reader.fault(root, f"exactly one link must be the root of the tree, found {listed}")
-    subtree = dict(masses)
+    behind = dict(masses)  # link -> mass of the link and of all links behind it [kg]
     for link, mass in masses.items():
-        current, seen = link, {link}
-        while current in parent_joint:
-            current = parent_joint[current].parent
-            if current in seen:
-                reader.fault(root, f"link {link!r} is part of a cycle of joints")
-                return
-            seen.add(current)
-            if current in subtree:
-                subtree[current] += mass
+        ancestors = _ancestors(link, parent_joint)
+        if ancestors is None:
+            reader.fault(root, f"link {link!r} is part of a cycle of joints")
+            return
+        for ancestor in ancestors & behind.keys():
+            behind[ancestor] += mass
     for joint in joints.values():
-        if joint.type in MOVING and subtree.get(joint.child, 1.0) <= 0.0:
-            reader.faults.append(
-                Fault(
-                    f"{reader.label}:{joint.line}",
-                    f"nothing that joint {joint.name!r} moves has inertia: give link "
-                    f"{joint.child!r} or a link behind it an <inertial>",
-                )
+        if joint.type in MOVING and behind.get(joint.child, 1.0) <= 0.0:
+            reader.fault_at(
+                joint.line,
+                f"nothing that joint {joint.name!r} moves has inertia: give link "
+                f"{joint.child!r} or a link behind it an <inertial>",
             )
+
+
+def _ancestors(link: str, parent_joint: dict[str, UrdfJoint]) -> set[str] | None:
+    """The links between a link and the root, the root included; None where joints form a cycle."""
+    passed: set[str] = set()
+    while link in parent_joint:
+        link = parent_joint[link].parent
+        if link in passed:
+            return None
+        passed.add(link)
+    return passed
 
 
 def _check_shapes(reader: _Reader, root: etree._Element) -> None:

@@ -20,9 +20,9 @@ _SHOWN = 40
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write text (UTF-8, line ends as they are) in one step; see :func:`write_bytes`.
+    r"""Write text (UTF-8, line ends as they are) in one step; see :func:`write_bytes`.
 
-    Half a surrogate pair, which a name from the file system may hold, is written as ``\\udcff``.
+    Half a surrogate pair, which a name from the file system may hold, is written as ``\udcff``.
     """
     return write_bytes(path, text.encode("utf-8", errors="backslashreplace"))
 

@@ -1,1 +1,1 @@
-"""To look at: meshcat scenes, plots, tables, reports."""
+"""To look at: meshcat scenes, plots, tables in the terminal, the report, records for JSON."""

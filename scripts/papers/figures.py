@@ -1,48 +1,37 @@
-"""What all figures of the reproduction share: matplotlib on demand, without pyplot's state."""
+"""What all figures of the reproduction share beside the set-up of :mod:`pinmech.show.plots`."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pinmech.errors import MissingExtraError
-from pinmech.files.atomic import write_bytes, write_text
+from pinmech.files.atomic import write_text
+from pinmech.show.palette import COLOURS
+from pinmech.show.plots.figure import new_figure, save_png, tidy
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+__all__ = [
+    "COLOURS",
+    "axes3d",
+    "equal",
+    "new_figure",
+    "polyline",
+    "save",
+    "save_curves",
+    "tidy",
+]
+
 Array = np.ndarray
-
-#: Colours that colour-blind readers tell apart (M. Okabe, K. Ito, 2008).
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure [inches] that lays itself out.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-    """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtraError("matplotlib", "plot") from None
-    figure = Figure(figsize=(width, height), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def save(figure: Figure, folder: Path, name: str) -> Path:
     """Write a figure as PNG."""
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", metadata={"Software": None})
-    return write_bytes(folder / name, picture.getvalue())
+    return save_png(figure, folder / name)
 
 
 def save_curves(folder: Path, name: str, columns: dict[str, Array]) -> Path:
@@ -51,16 +40,6 @@ def save_curves(folder: Path, name: str, columns: dict[str, Array]) -> Path:
     lines = [",".join(columns)]
     lines += [",".join(f"{value:.9g}" for value in row) for row in values]
     return write_text(folder / name, "\n".join(lines) + "\n")
-
-
-def tidy(ax: Axes, xlabel: str, ylabel: str, title: str = "") -> None:
-    """Labels, a light grid, no box."""
-    ax.set_xlabel(xlabel)
-    ax.set_ylabel(ylabel)
-    if title:
-        ax.set_title(title, loc="left", fontsize="medium")
-    ax.grid(True, color="0.9", linewidth=0.8)
-    ax.spines[["top", "right"]].set_visible(False)
 
 
 def axes3d(figure: Figure, rows: int, columns: int, index: int, title: str = "") -> Any:

@@ -24,7 +24,7 @@ from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.actuation.sizing.table import SizingTable
 from pinmech.files import atomic
 from pinmech.files.atomic import write_bytes, write_text
-from pinmech.show.plots import save_torque_plots
+from pinmech.show.plots.torques import save_torque_plots
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -47,7 +47,7 @@ WRITERS: dict[str, Callable[[SizingTable, Path], object]] = {
     "rows.csv": lambda table, folder: table.to_csv(folder / "rows.csv"),
     "table.md": lambda table, folder: table.to_markdown(folder / "table.md"),
     "table.html": lambda table, folder: table.to_html(folder / "table.html"),
-    "torque_slew.png": save_torque_plots,
+    "torque_t.slew.png": save_torque_plots,
     "page.html": lambda _, folder: pm.view(pm.load("antenna_3rsu")).write_html(
         folder / "page.html"
     ),

@@ -9,14 +9,13 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pinmech.show.report import write_motion_page, write_report
 
 import pinmech as pm
 from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.cli.run import run
 from pinmech.files.names import LONGEST, slug, slugs
-from pinmech.show.reports import write_report
-from pinmech.show.scene.pages import write_case_page
 
 HOSTILE = [
     "../../pwn",
@@ -114,7 +113,8 @@ def test_a_case_and_its_load_cases_write_into_the_folder(
     case = Case(name, antenna, loads, drives=["12"])
     folder = tmp_path / "out"
     folder.mkdir()
-    files = [write_case_page(case, folder), *write_report(pm.size_actuators(case), folder)]
+    table = pm.size_actuators(case)
+    files = [write_motion_page(table, folder), *write_report(table, folder)]
     assert {path.parent for path in files} == {folder}
     assert len(set(files)) == len(files) == 7
     assert {p for p in tmp_path.rglob("*") if p.is_file()} == set(files)

@@ -6,14 +6,14 @@ import warnings
 
 import numpy as np
 import pytest
+from pinmech.show.report import write_report
 
 from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.actuation.sizing.study import size_actuators
 from pinmech.errors import UnknownNameError
 from pinmech.mechanism.assembly import from_text, load
-from pinmech.show.plots import save_torque_plots, torque_figure
-from pinmech.show.reports import write_report
+from pinmech.show.plots.torques import save_torque_plots, torque_figure
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_forces_and_torques_have_panels_of_their_own() -> None:
 def test_files(table, tmp_path) -> None:
     written = save_torque_plots(table, tmp_path / "new" / "folder")
     names = [path.name for _, path in written]
-    assert names == ["torque_a_b.png", "torque_a_b_2.png", "torque_bad.png"]
+    assert names == ["torque_t.a_b.png", "torque_t.a_b_2.png", "torque_t.bad.png"]
     import matplotlib.image
 
     for _, path in written:
@@ -105,7 +105,7 @@ def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path) -> None:
         warnings.simplefilter("error")
         files = save_torque_plots(table, tmp_path)
         figure = torque_figure(table, "測試 $\\frac$\n\x07")
-    assert [path.name for _, path in files] == ["torque_測試_frac.png", "torque_b.png"]
+    assert [path.name for _, path in files] == ["torque_t.測試_frac.png", "torque_t.b.png"]
     assert figure.get_suptitle() == "漢 $\\frac{$: 測試 $\\frac$"
     first = figure.axes[0]
     assert first.get_title("left") == "drive $_{$ 漢"
@@ -125,8 +125,8 @@ def test_a_report_has_all_files_and_the_page_shows_the_plots(table, tmp_path) ->
 
 def test_the_core_does_not_load_matplotlib_or_rich() -> None:
     code = (
-        "import sys, pinmech.actuation.sizing.study, pinmech.show.plots, pinmech.show.tables, "
-        "pinmech.show.reports; "
+        "import sys, pinmech.actuation.sizing.study, pinmech.show.plots.torques, "
+        "pinmech.show.terminal.sizing, pinmech.show.report; "
         "print([m for m in ('matplotlib', 'rich', 'typer', 'sgp4') if m in sys.modules])"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
@@ -136,10 +136,9 @@ def test_the_core_does_not_load_matplotlib_or_rich() -> None:
 def test_missing_libraries_name_their_extra() -> None:
     code = (
         "import sys; sys.modules.update(matplotlib=None, rich=None)\n"
-        "from types import SimpleNamespace\n"
-        "from pinmech.show import plots, tables\n"
-        "table = SimpleNamespace(histories={})\n"
-        "for call in (lambda: plots.torque_figure(table, 'a'), tables.console):\n"
+        "from pinmech.show.plots.figure import new_figure\n"
+        "from pinmech.show.terminal.console import console\n"
+        "for call in (lambda: new_figure(1, 1), console):\n"
         "    try: call()\n"
         "    except ImportError as error: print(type(error).__name__, error)\n"
     )

@@ -9,16 +9,18 @@ from html.parser import HTMLParser
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pinmech.show.terminal.console import WIDTH, console
+from pinmech.show.terminal.sizing import print_table
 from rich.console import Console
 
 from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.sizing.case import Case, LoadCase
-from pinmech.actuation.sizing.rows import COLUMNS, SizingRow, headings, significant
+from pinmech.actuation.sizing.columns import COLUMNS, headings, significant
+from pinmech.actuation.sizing.rows import SizingRow
 from pinmech.actuation.sizing.study import size_actuators
 from pinmech.actuation.sizing.table import SizingTable
 from pinmech.files.cells import csv_text
 from pinmech.mechanism.assembly import from_text, load
-from pinmech.show.tables import WIDTH, console, print_table
 
 
 @pytest.fixture(scope="module")

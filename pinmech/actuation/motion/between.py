@@ -230,7 +230,7 @@ class _Examination:
     def _margins(self, q: Array, ok: Array) -> Array:
         """(N, m) distances to stops and cones and slopes of limbs, positive where all is well."""
         filled = np.where(ok[:, None], q, self.mechanism.home.q)
-        out = np.abs(self._reader.read(filled)[0])
+        out: Array = np.abs(self._reader.read(filled)[0])
         if self._limits:
             out = np.hstack([out, self._stops(filled)])
         out[~ok] = np.nan
@@ -270,8 +270,10 @@ class _Examination:
         return np.asarray(least <= np.maximum(bend, _STEEP * step) - _SLACK)
 
     def _reversed(self, a: Array, b: Array) -> Array:
-        """(pieces, n_drives) True where an odd number of singular values of a drive's Jacobian has
-        passed zero between two points: det(Jᵀ J') is negative."""
+        """(pieces, n_drives) True where a drive's Jacobian reverses between two points.
+
+        An odd number of its singular values has passed zero there: det(Jᵀ J') is negative.
+        """
         out = np.zeros((len(a), len(self._members)), dtype=bool)
         for k, members in enumerate(self._members):
             one, two = self.jacobian[a][:, members, :], self.jacobian[b][:, members, :]
@@ -282,8 +284,10 @@ class _Examination:
         return out
 
     def _moves(self, pieces: Array) -> Array:
-        """(pieces,) True where the motion does not stand still: what holds at the samples of a rest
-        holds all through it, also at a singularity."""
+        """(pieces,) True where the motion does not stand still.
+
+        What holds at the samples of a rest holds all through it, also at a singularity.
+        """
         if not len(pieces):
             return np.zeros(0, dtype=bool)
         x = self._course(pieces[:, 1], pieces[:, 2])
@@ -336,7 +340,7 @@ class _Examination:
                 first[item.row] = min(item.time, first.get(item.row, np.inf))
         start = self.time[pieces[:, 1]]
         bound = np.array([first.get(int(row), np.inf) for row in pieces[:, 0]])
-        return pieces[start < bound]
+        return np.asarray(pieces[start < bound])
 
     def _first_of_each(self, found: list[Breakdown]) -> list[Breakdown]:
         best: dict[tuple[int, str | None], Breakdown] = {}

@@ -31,7 +31,10 @@ def _series(x: Array, first: int) -> tuple[Array, Array]:
 
 
 def _coefficients(x: Array) -> tuple[Array, Array, Array, Array]:
-    """a = (1 - cos t)/t^2, b = (t - sin t)/t^3 at x = t^2, and twice their derivatives in x."""
+    """The coefficients of the left Jacobian at x = t^2, and twice their derivatives in x.
+
+    They are a = (1 - cos t)/t^2 and b = (t - sin t)/t^3.
+    """
     small = x < _SERIES_BELOW
     near = np.where(small, x, 0.0)
     t = np.sqrt(np.where(small, 1.0, x))
@@ -91,8 +94,12 @@ def quaternions(values: Array) -> Array:
 
 
 def nearest_turn(values: Array, near: Array) -> Array:
-    """Canonical coordinates (N, 3) [rad] of the same rotations, by whole turns about their axis as
-    near as can be to others (N, 3)."""
+    """Canonical coordinates (N, 3) [rad] of the same rotations, as near as can be to others.
+
+    Args:
+        values: (N, 3) [rad]; whole turns about their axis are added.
+        near: (N, 3) the others [rad].
+    """
     size = np.linalg.norm(values, axis=1, keepdims=True)
     axis = np.divide(values, size, out=np.zeros_like(values), where=size > 0.0)
     along = (axis * near).sum(axis=1, keepdims=True)
@@ -109,7 +116,7 @@ def canonical(q: Array) -> Array:
     # half / sine tends to 1 / w at the identity; 2 half is the angle.
     safe = np.where(sine > 0, sine, 1.0)
     scale = np.where(sine > 1e-150, 2 * half / safe, 2 / np.maximum(q[..., :1], 0.5))
-    return scale * q[..., 1:]
+    return np.asarray(scale * q[..., 1:])
 
 
 def quaternion_rates(p: Array, d: Array, dd: Array) -> tuple[Array, Array]:
@@ -126,7 +133,7 @@ def quaternion_rates(p: Array, d: Array, dd: Array) -> tuple[Array, Array]:
 
     def imaginary(u: Array) -> Array:
         w, v = p[:, :1], p[:, 1:]
-        return w * u[:, 1:] - u[:, :1] * v - np.cross(u[:, 1:], v)
+        return np.asarray(w * u[:, 1:] - u[:, :1] * v - np.cross(u[:, 1:], v))
 
     square = np.sum(p * p, axis=1, keepdims=True)
     omega = 2 * imaginary(d) / square

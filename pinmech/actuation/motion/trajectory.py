@@ -203,8 +203,10 @@ class Trajectory(Sealed):
         return self._evaluate(self.time, degree)
 
     def at(self, time: Array) -> Array:
-        """Outputs (M, n) [rad or m] at times (M,) [s] between the first and the last sample, by the
-        spline of :meth:`derivatives`."""
+        """Outputs (M, n) [rad or m] at times (M,) [s] between the first and the last sample.
+
+        They are of the spline of :meth:`derivatives`.
+        """
         return self._evaluate(numbers(time, "time value"), 5).values
 
     def resample(self, step: float, *, degree: int = 5) -> Trajectory:

@@ -159,47 +159,17 @@ class _Reader:
     ) -> tuple[tuple[str, ...], tuple[str, ...], list[float]]:
         """Names, SI units and factors of the columns behind the time."""
         fields = [csv_text(field) for field in self.split(number, line)]
-        if len(fields) == 1 and (";" in line or "\t" in line):
-            self.add(number, "columns must be separated by commas")
-        elif not any("[" in field for field in fields):
-            if any(_NUMBER.fullmatch(field) for field in fields):
-                text = f"the first line must be a header such as: {_example((), outputs)}"
-            else:
-                text = (
-                    f"the columns have no units; write the header as: {_example(fields, outputs)} "
-                    f"(units: {', '.join(UNITS)})"
-                )
-            self.add(number, text)
-        elif fields[0] != "time [s]" and _parts(fields[0]) != ("time", "s"):
-            self.add(number, f"the first column must be 'time [s]', is {fields[0][:60]!r}")
-        elif len(fields) == 1:
-            self.add(number, "there is no column beside the time")
-        names: list[str] = []
-        units: list[str] = []
-        factors: list[float] = []
+        if fault := _header_fault(fields, line, outputs):
+            self.add(number, fault)
         told = bool(self.faults)
-        for position, field in enumerate(fields[1:], start=2):
-            name, unit = _parts(field)
-            if not told:
-                if not name or not unit:
-                    known = ", ".join(UNITS)
-                    self.add(
-                        number,
-                        f"column {position} must be 'name [unit]', is {field[:60]!r}; "
-                        f"write {_with_unit(field, outputs)!r}, say (units: {known})"
-                        if field
-                        else f"column {position} has no name",
-                    )
-                elif unit not in UNITS:
-                    known = ", ".join(UNITS)
-                    self.add(number, f"column {name!r}: unknown unit {unit!r}; known: {known}")
-                elif name in (*names, "time"):
-                    self.add(number, f"column {name!r} appears twice")
-            names.append(name)
-            si, factor = UNITS.get(unit, ("rad", 1.0))
-            units.append(si)
-            factors.append(factor)
-        return tuple(names), tuple(units), factors
+        columns = [_parts(field) for field in fields[1:]]
+        for k, field in enumerate(fields[1:]):
+            taken = ["time", *(name for name, _ in columns[:k])]
+            if not told and (fault := _column_fault(k + 2, field, taken, outputs)):
+                self.add(number, fault)
+        si = [UNITS.get(unit, ("rad", 1.0)) for _, unit in columns]
+        names, units = tuple(name for name, _ in columns), tuple(unit for unit, _ in si)
+        return names, units, [factor for _, factor in si]
 
     def row(self, number: int, line: str, columns: int) -> tuple[int, list[float]]:
         """Line number and numbers of a row; NaN where a field is bad."""
@@ -236,6 +206,45 @@ class _Reader:
                 self.add(at, f"time {time:g} s is beyond {LATEST:g} s; times are in seconds")
             elif t1 < t0:
                 self.add(line, f"time must increase: {t1!r} s follows {t0!r} s (line {before})")
+
+
+def _header_fault(fields: Sequence[str], line: str, outputs: Outputs | None) -> str:
+    """What is wrong with a header as a whole; an empty text if nothing."""
+    if len(fields) == 1 and (";" in line or "\t" in line):
+        return "columns must be separated by commas"
+    if not any("[" in field for field in fields):
+        if any(_NUMBER.fullmatch(field) for field in fields):
+            return f"the first line must be a header such as: {_example((), outputs)}"
+        return (
+            f"the columns have no units; write the header as: {_example(fields, outputs)} "
+            f"(units: {', '.join(UNITS)})"
+        )
+    if fields[0] != "time [s]" and _parts(fields[0]) != ("time", "s"):
+        return f"the first column must be 'time [s]', is {fields[0][:60]!r}"
+    return "" if len(fields) > 1 else "there is no column beside the time"
+
+
+def _column_fault(position: int, field: str, taken: Sequence[str], outputs: Outputs | None) -> str:
+    """What is wrong with the heading of one column; an empty text if nothing.
+
+    Args:
+        position: of the column, from 1.
+        field: its heading.
+        taken: names of the columns before it.
+        outputs: of the mechanism, for the example.
+    """
+    name, unit = _parts(field)
+    known = ", ".join(UNITS)
+    if not field:
+        return f"column {position} has no name"
+    if not name or not unit:
+        return (
+            f"column {position} must be 'name [unit]', is {field[:60]!r}; "
+            f"write {_with_unit(field, outputs)!r}, say (units: {known})"
+        )
+    if unit not in UNITS:
+        return f"column {name!r}: unknown unit {unit!r}; known: {known}"
+    return f"column {name!r} appears twice" if name in taken else ""
 
 
 def _with_unit(field: str, outputs: Outputs | None) -> str:

@@ -1,30 +1,20 @@
-"""The sizing table and its files: CSV, Markdown, HTML."""
+"""The sizing table, and its files: CSV, Markdown, HTML."""
 
 from __future__ import annotations
 
-import csv
-import html
-import io
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pinmech.actuation.sizing.rows import (
-    COLUMNS,
-    ENVELOPE_TEXT,
-    KEYS,
-    ROWS_TEXT,
-    History,
-    Sampling,
-    SizingRow,
-    cells,
-    headings,
-    notes,
-)
+from pinmech.actuation.sizing.columns import ENVELOPE_TEXT, ROWS_TEXT, notes
+from pinmech.actuation.sizing.contents import Contents, Part
+from pinmech.actuation.sizing.rows import History, Sampling, SizingRow
+from pinmech.actuation.sizing.table_csv import csv_table
+from pinmech.actuation.sizing.table_html import html_page
+from pinmech.actuation.sizing.table_markdown import markdown_page
 from pinmech.errors import UnknownNameError
 from pinmech.files.atomic import write_text
-from pinmech.files.cells import csv_cell, markdown, markdown_line
+from pinmech.kinematics.solution import Path as PosePath
 from pinmech.numeric import file_path, flag, shown_name
 
 
@@ -41,6 +31,8 @@ class SizingTable:
         samplings: one for each load case.
         sharing: how redundant drives share their torques.
         assumptions: texts of the case.
+        paths: load case -> its solved poses, for :func:`pinmech.view`, say; empty in a table made
+            by hand.
     """
 
     name: str
@@ -51,7 +43,8 @@ class SizingTable:
     histories: Mapping[tuple[str, str], History]
     samplings: tuple[Sampling, ...]
     sharing: str = "min_norm"
-    assumptions: tuple[str, ...] = field(default=())
+    assumptions: tuple[str, ...] = ()
+    paths: Mapping[str, PosePath] = field(default_factory=dict)
 
     def row(self, load_case: str, drive: str, actuator: str) -> SizingRow:
         """The row of a load case, drive and actuator.
@@ -108,25 +101,7 @@ class SizingTable:
         """
         path = file_path(path, "path")
         rows = self.envelope if flag(envelope, "envelope") else self.rows
-        header = [
-            *KEYS,
-            *(f"{c.key} [{c.unit(self.rows).replace('·', '.')}]" for c in COLUMNS),
-            "kind",
-            "status",
-            "failure_time [s]",
-            "note",
-        ]
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(header)
-        for row in rows:
-            numbers = [*(getattr(row, c.key) for c in COLUMNS), row.failure_time]
-            texts = ["" if math.isnan(x) else repr(float(x)) for x in numbers]
-            kind = "linear" if row.linear else "rotary"
-            names = [csv_cell(getattr(row, key)) for key in KEYS]
-            note = csv_cell(row.note)
-            writer.writerow([*names, *texts[:-1], kind, row.status, texts[-1], note])
-        write_text(path, stream.getvalue())
+        write_text(path, csv_table(rows, self.rows))
 
     def to_markdown(self, path: str | Path | None = None) -> str:
         """Both tables, notes and remarks as Markdown; also written to ``path`` if given (UTF-8).
@@ -137,19 +112,7 @@ class SizingTable:
             OSError: the file cannot be written; an old one is untouched.
         """
         path = None if path is None else file_path(path, "path")
-        lines = [f"# {markdown(self.title or self.name)}", ""]
-        for heading, rows, text in self._parts():
-            lines += [f"## {markdown(heading)}", ""]
-            lines += [_md_row(headings(rows)), _md_row(["---"] * 3 + ["---:"] * len(COLUMNS))]
-            lines += [_md_row(cells(row, rows, markdown)) for row in rows]
-            lines += ["", *([text, ""] if text else [])]
-            problems = notes(rows) if rows is self.rows else []
-            lines += [
-                *(f"- {markdown_line(note)}" for note in problems),
-                *([""] if problems else []),
-            ]
-        lines += ["## Remarks", "", *(f"- {markdown_line(remark)}" for remark in self.remarks)]
-        result = "\n".join(lines) + "\n"
+        result = markdown_page(self._contents())
         if path is not None:
             write_text(path, result)
         return result
@@ -165,79 +128,14 @@ class SizingTable:
             OSError: it cannot be written; an old file is untouched.
         """
         path = file_path(path, "path")
-        body = [f"<h1>{_html(self.title or self.name)}</h1>"]
-        for heading, rows, text in self._parts():
-            body.append(f"<h2>{_html(heading)}</h2>")
-            body.append(_html_table(rows, _html))
-            body.append(f"<p>{_html(text)}</p>" if text else "")
-            if rows is self.rows and self.notes:
-                body.append(_html_list(self.notes))
-        body += [
-            f'<figure><img src="{_html(address)}" alt="{_html(caption)}">'
-            f"<figcaption>{_html(caption)}</figcaption></figure>"
-            for caption, address in figures
-        ]
-        body += ["<h2>Remarks</h2>", _html_list(self.remarks)]
-        page = _PAGE.format(
-            title=_html(self.title or self.name), body="\n".join(filter(None, body))
+        write_text(path, html_page(self._contents(), figures))
+
+    def _contents(self) -> Contents:
+        return Contents(
+            title=self.title or self.name,
+            parts=(
+                Part(f"Envelope of {self.mechanism}", self.envelope, ENVELOPE_TEXT),
+                Part("Load cases", self.rows, failures=tuple(self.notes)),
+            ),
+            remarks=tuple(self.remarks),
         )
-        write_text(path, page)
-
-    def _parts(self) -> list[tuple[str, tuple[SizingRow, ...], str]]:
-        return [
-            (f"Envelope of {self.mechanism}", self.envelope, ENVELOPE_TEXT),
-            ("Load cases", self.rows, ""),
-        ]
-
-
-def _md_row(texts: object) -> str:
-    return "| " + " | ".join(texts) + " |"  # type: ignore[arg-type]
-
-
-def _html(text: str) -> str:
-    return html.escape(text, quote=True)
-
-
-def _html_list(lines: Sequence[str]) -> str:
-    return "<ul>" + "".join(f"<li>{_html(line)}</li>" for line in lines) + "</ul>"
-
-
-def _html_table(rows: Sequence[SizingRow], escape: Callable[[str], str]) -> str:
-    head = "".join(f"<th>{escape(text)}</th>" for text in headings(rows))
-    lines = [f"<table><thead><tr>{head}</tr></thead><tbody>"]
-    group: tuple[str, str] | None = None
-    for row in rows:
-        first = group is not None and (row.load_case, row.drive) != group
-        group = (row.load_case, row.drive)
-        classes = " ".join(["first"] * first + ["failed"] * (not row.ok))
-        texts = "".join(f"<td>{escape(text)}</td>" for text in cells(row, rows))
-        lines.append(f'<tr class="{classes}">{texts}</tr>' if classes else f"<tr>{texts}</tr>")
-    return "\n".join([*lines, "</tbody></table>"])
-
-
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{title}</title>
-<style>
-body {{ font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 76em; padding: 0 1em;
-  color: #1c1c1c; }}
-table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; margin: 1em 0; }}
-th {{ text-align: left; vertical-align: bottom; border-bottom: 2px solid #444; }}
-th, td {{ padding: 0.25em 0.7em; }}
-td:nth-child(n+4), th:nth-child(n+4) {{ text-align: right; }}
-td:nth-child(n+4) {{ white-space: nowrap; }}
-tr.first td {{ border-top: 1px solid #ccc; }}
-tr.failed td {{ color: #a40000; }}
-img {{ max-width: 100%; }}
-figure {{ margin: 1.5em 0; }}
-figcaption {{ color: #555; }}
-</style>
-</head>
-<body>
-{body}
-</body>
-</html>
-"""

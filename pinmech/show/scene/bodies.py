@@ -13,6 +13,7 @@ from pinocchio.visualize.meshcat_visualizer import DaeMeshGeometry
 
 from pinmech.errors import InputError
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.show.palette import STICK
 from pinmech.show.scene import shapes
 from pinmech.show.scene.collada import one_material_per_geometry
 from pinmech.structure.shapes import read_shapes
@@ -93,7 +94,7 @@ def load_bodies(mechanism: Mechanism, viewer: Any) -> BodyVisualizer:
     for joint, points in carried_points(mechanism).items():
         if joint in drawn:
             continue
-        material = mg.MeshPhongMaterial(color=shapes.STICK)
+        material = mg.MeshPhongMaterial(color=STICK)
         for k, point in enumerate(points):
             size = float(np.linalg.norm(point))
             if size < 1e-6 * mechanism.length:

@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from pinmech.show.palette import BOX, TEXT
+
 
 def page(
     commands: Sequence[bytes],
@@ -37,6 +39,8 @@ def page(
         info="\n".join(info),
         readout=_json(readout),
         follow=_FOLLOW if readout else "",
+        text=TEXT,
+        box=BOX,
     )
 
 
@@ -81,8 +85,8 @@ _PAGE = """<!DOCTYPE html>
 body {{ margin: 0; }}
 #meshcat-pane {{ width: 100vw; height: 100vh; overflow: hidden; }}
 #info {{ position: absolute; left: 8px; top: 8px; max-width: 24em;
-  padding: 6px 10px; border-radius: 6px; background: rgba(246, 249, 252, 0.6);
-  font: 13px/1.4 system-ui, sans-serif; color: #1c2733; pointer-events: none; }}
+  padding: 6px 10px; border-radius: 6px; background: {box};
+  font: 13px/1.4 system-ui, sans-serif; color: {text}; pointer-events: none; }}
 #info h1 {{ font-size: 15px; margin: 0 0 4px; font-weight: 600; }}
 #info p {{ margin: 0 0 2px; }}
 #readout {{ font-variant-numeric: tabular-nums; font-weight: 600; min-height: 1.4em; }}

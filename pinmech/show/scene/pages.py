@@ -1,4 +1,4 @@
-"""Pages to look at: a trajectory file or a sizing case as an animated meshcat scene."""
+"""Pages to look at: a motion or a trajectory file as an animated meshcat scene."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from pinmech.actuation.motion.trajectory import Trajectory
-from pinmech.actuation.sizing.case import Case
-from pinmech.files.names import slug
 from pinmech.kinematics.path import inverse_path
+from pinmech.kinematics.solution import Path as PosePath
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show.scene.viewer import Viewer, view
 
@@ -30,12 +29,25 @@ def view_motion(
         mechanism: the mechanism.
         time: (N,) [s].
         values: (N, n_out) outputs [rad or m].
-        mode, limits: as for :func:`pinmech.inverse_path`.
+        mode: as for :func:`pinmech.inverse_path`.
+        limits: likewise.
 
     Raises:
         InputError: wrong shapes, or no pose that can be reached.
     """
-    path = inverse_path(mechanism, values, mode=mode, limits=limits)
+    return view_path(inverse_path(mechanism, values, mode=mode, limits=limits), time)
+
+
+def view_path(path: PosePath, time: np.ndarray) -> Viewer:
+    """Solved poses as an animation; what is left out stands in ``viewer.notes``.
+
+    Args:
+        path: N poses.
+        time: (N,) [s].
+
+    Raises:
+        InputError: no pose that can be reached.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return view(path, time=time)
@@ -55,14 +67,3 @@ def view_trajectory(
     """
     trajectory = Trajectory.from_csv(file, mechanism.outputs)
     return view_motion(mechanism, trajectory.time, trajectory.values, mode=mode, limits=limits)
-
-
-def write_case_page(case: Case, folder: str | Path) -> Path:
-    """Write ``view_<case>_<load case>.html``: the first load case as an animation.
-
-    Raises:
-        InputError: no pose of it can be reached. OSError: the file cannot be written.
-    """
-    first = case.load_cases[0]
-    viewer = view_motion(case.mechanism, first.motion.time, first.motion.values)
-    return viewer.write_html(Path(folder) / f"{slug('view', case.name, first.name)}.html")

@@ -11,6 +11,7 @@ import pinocchio as pin
 from pinmech.equations.outputs import describe
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.state import output_values
+from pinmech.show import palette
 from pinmech.show.scene import shapes
 from pinmech.structure.closures import Loop, gap, relative_placement
 
@@ -42,7 +43,7 @@ class Scene:
         shapes.axes(viewer["base/axes"], BASE_AXES * size, 0.007 * size)
         shapes.axes(viewer["platform/axes"], PLATFORM_AXES * size, 0.006 * size)
         tip = np.array([0.0, 0.0, self.arrow])
-        normal = mg.MeshPhongMaterial(color=shapes.NORMAL)
+        normal = mg.MeshPhongMaterial(color=palette.NORMAL)
         shapes.arrow(viewer["platform/normal"], np.zeros(3), tip, 0.012 * size, normal)
         for name, loop in mechanism.loops.items():
             node = viewer[closure_node(name)]
@@ -108,11 +109,15 @@ class Scene:
         return describe(self.mechanism, np.round(values, 9) + 0.0)
 
     def trace(self, tips: Array, joined: Array) -> None:
-        """Draw the way of the arrow's tip: (n, 3) points [m]; ``joined`` (n-1,) which neighbours
-        belong together."""
+        """Draw the way of the arrow's tip.
+
+        Args:
+            tips: (n, 3) points [m].
+            joined: (n-1,) True where two neighbours belong together.
+        """
         pieces = np.stack([tips[:-1], tips[1:]], axis=1)[joined]
         if len(pieces):
-            shapes.polyline(self.viewer["trace"], pieces, shapes.TRACE)
+            shapes.polyline(self.viewer["trace"], pieces, palette.NORMAL)
         else:
             self.viewer["trace"].delete()
 
@@ -147,10 +152,10 @@ class Scene:
         grid = np.diag([pitch / 0.5] * 3 + [1.0])  # meshcat's grid has cells of 0.5 m
         grid[2, 3] = low[2] - centre[2] - 0.002 * distance
         self.viewer["/Grid"].set_transform(grid)
-        self.viewer["/Grid"].set_property("color", [1.0, 1.0, 1.0, 0.35])
+        self.viewer["/Grid"].set_property("color", [*palette.FLOOR])
         self.viewer["/Axes"].set_property("visible", False)
-        self.viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
-        self.viewer["/Background"].set_property("bottom_color", [0.78, 0.83, 0.89])
+        self.viewer["/Background"].set_property("top_color", [*palette.SKY[0]])
+        self.viewer["/Background"].set_property("bottom_color", [*palette.SKY[1]])
         return pitch
 
 
@@ -168,8 +173,10 @@ def loop_gaps(mechanism: Mechanism, data: pin.Data) -> dict[str, float]:
 
 
 def gap_line(loop: Loop, first: pin.SE3, second: pin.SE3) -> tuple[Array, Array]:
-    """Ends [m, base axes] of the shortest way between what should coincide of the two origins:
-    a closure that slides is not open where it slides."""
+    """Ends [m, base axes] of the shortest way between what should coincide of the two origins.
+
+    A closure that slides is not open where it slides.
+    """
     offset = np.array(first.actInv(second).translation)
     free = np.zeros(3)
     sliding = _SLIDES.get(loop.type, [])

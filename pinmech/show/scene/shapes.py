@@ -1,4 +1,4 @@
-"""Small shapes for meshcat: axes, arrows, markers, lines; and colours."""
+"""Small shapes for meshcat: axes, arrows, markers, lines, and the keyframes that move them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,9 @@ from typing import Any
 import meshcat.geometry as mg
 import numpy as np
 
-Array = np.ndarray
+from pinmech.show.palette import AXES, CLOSED, OPEN
 
-AXIS_COLOURS = {"x": 0xD62728, "y": 0x2CA02C, "z": 0x1F5FD6}
-NORMAL = 0xC2189B
-TRACE = 0xC2189B
-STICK = 0x7A8794
-_GOOD, _BAD = np.array([0.10, 0.62, 0.20]), np.array([0.86, 0.08, 0.08])
+Array = np.ndarray
 
 
 def along(start: Array, end: Array) -> Array:
@@ -55,7 +51,7 @@ def arrow(node: Any, start: Array, end: Array, radius: float, material: Any) -> 
 
 def axes(node: Any, size: float, radius: float) -> None:
     """Frame axes of a length [m]: x red, y green, z blue; they show through the bodies."""
-    for k, (name, colour) in enumerate(AXIS_COLOURS.items()):
+    for k, (name, colour) in enumerate(AXES.items()):
         arrow(node[name], np.zeros(3), size * np.eye(3)[k], radius, see_through(colour))
 
 
@@ -72,10 +68,12 @@ def marker(node: Any, radius: float, *, shell: bool) -> None:
 
 
 def gap_colour(relative: float) -> Array:
-    """(3,) red, green, blue of a gap over the characteristic length: green up to 1e-9, red from
-    1e-3, logarithmic between."""
+    """(3,) red, green, blue of a gap over the characteristic length.
+
+    Green up to 1e-9, red from 1e-3, logarithmic between.
+    """
     share = float(np.clip((np.log10(max(relative, 1e-30)) + 9.0) / 6.0, 0.0, 1.0))
-    return (1.0 - share) * _GOOD + share * _BAD
+    return (1.0 - share) * np.array(CLOSED) + share * np.array(OPEN)
 
 
 def nice(value: float) -> float:

@@ -44,8 +44,10 @@ def joined_rows(success: Array, rows: Array) -> Array:
 
 
 def paced(at: Array) -> Iterator[int]:
-    """0 .. n-1, each when its time (n,) [s, from 0] has come; those that are late are skipped, but
-    not the last."""
+    """0 .. n-1, each when its time (n,) [s, from 0] has come.
+
+    Those that are late are skipped, but not the last.
+    """
     start, k, last = clock.monotonic(), 0, len(at) - 1
     yield k
     while k < last:

@@ -8,7 +8,8 @@ import pytest
 from pinmech.actuation.forces.loads import Payload
 from pinmech.actuation.motion.profiles import Profile, rest_to_rest
 from pinmech.actuation.motion.trajectory import Trajectory
-from pinmech.actuation.sizing.case import Case, LoadCase, cases, find_case, load_case_file
+from pinmech.actuation.sizing.case import Case, LoadCase
+from pinmech.actuation.sizing.case_file import cases, find_case, load_case_file
 from pinmech.actuation.sizing.case_schema import case_schema
 from pinmech.errors import CaseError, InputError, UnknownNameError
 from pinmech.mechanism.assembly import load

@@ -14,7 +14,8 @@ import pinocchio as pin
 import pytest
 
 import pinmech as pm
-from pinmech.actuation.sizing.case import Case, cases, load_case_file
+from pinmech.actuation.sizing.case import Case
+from pinmech.actuation.sizing.case_file import cases, load_case_file
 from pinmech.actuation.sizing.rows import History
 from pinmech.actuation.sizing.table import SizingTable
 

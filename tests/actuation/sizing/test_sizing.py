@@ -14,8 +14,10 @@ from pinmech.actuation.forces.loads import Loads, Payload
 from pinmech.actuation.motion.profiles import rest_to_rest, sweep
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.actuation.sizing.case import Case, LoadCase
+from pinmech.actuation.sizing.envelope import envelope
+from pinmech.actuation.sizing.reduction import positive_part, reduce_history
 from pinmech.actuation.sizing.rows import SizingRow
-from pinmech.actuation.sizing.study import envelope, positive_part, reduce_history, size_actuators
+from pinmech.actuation.sizing.study import size_actuators
 from pinmech.errors import InputError
 from pinmech.kinematics.inverse import inverse
 from pinmech.kinematics.path import inverse_path
@@ -312,7 +314,7 @@ def test_the_shipped_case() -> None:
     for case in ("tracking", "slew", "ground_test"):
         assert peak[case, "123"] < 0.75 * min(peak[case, d] for d in ("12", "13", "23"))
     bare = load("antenna_3rsu").with_friction({}, only=True)
-    from pinmech.actuation.sizing.case import load_case_file
+    from pinmech.actuation.sizing.case_file import load_case_file
 
     case = load_case_file("antenna_relay")
     frictionless = size_actuators(Case("c", bare, case.load_cases[:1], payload=case.payload))

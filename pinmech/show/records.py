@@ -5,37 +5,36 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
+from pinmech.analysis.mobility import Mobility
+from pinmech.analysis.screws import LimbScrews
+from pinmech.analysis.singularity import Singularity
 from pinmech.equations.motions import input_mobility
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.state import ClosedState
 
-if TYPE_CHECKING:
-    from pinmech.analysis.mobility import Mobility
-    from pinmech.analysis.screws import LimbScrews
-    from pinmech.analysis.singularity import Singularity
-
 
 def plain(value: Any) -> Any:
     """The same with JSON's types only."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
     if isinstance(value, frozenset | set):
         return sorted(plain(item) for item in value)
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _record(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """A record with JSON's types only."""
+    return {key: plain(item) for key, item in entries.items()}
 
 
 def units(mechanism: Mechanism) -> dict[str, str]:
@@ -49,7 +48,7 @@ def units(mechanism: Mechanism) -> dict[str, str]:
 def info_record(mechanism: Mechanism) -> dict[str, Any]:
     """What a mechanism is."""
     bounds = zip(mechanism.lower, mechanism.upper, strict=True)
-    return plain(
+    return _record(
         {
             "name": mechanism.name,
             "title": mechanism.title,
@@ -72,7 +71,13 @@ def info_record(mechanism: Mechanism) -> dict[str, Any]:
             },
             "drives": mechanism.drives,
             "loops": {
-                name: {"type": loop.type, "frames": [frame.label for frame in loop.frames]}
+                name: {
+                    "type": loop.type,
+                    "frames": [frame.label for frame in loop.frames],
+                    "limit": None
+                    if loop.limit is None
+                    else {"axes": loop.limit.axes, "angle": loop.limit.angle},
+                }
                 for name, loop in mechanism.loops.items()
             },
             "limbs": {
@@ -92,7 +97,7 @@ def info_record(mechanism: Mechanism) -> dict[str, Any]:
 def state_record(state: ClosedState) -> dict[str, Any]:
     """A closed state."""
     pose = state.platform
-    return plain(
+    return _record(
         {
             "outputs": state.outputs,
             "actuators": state.actuators,
@@ -107,7 +112,7 @@ def state_record(state: ClosedState) -> dict[str, Any]:
 
 def solution_record(mechanism: Mechanism, solution: Solution) -> dict[str, Any]:
     """A forward or inverse solve, failed ones too."""
-    return plain(
+    return _record(
         {
             "mechanism": mechanism.name,
             "success": solution.success,
@@ -123,7 +128,7 @@ def solution_record(mechanism: Mechanism, solution: Solution) -> dict[str, Any]:
 
 def singularity_record(state: ClosedState, found: Singularity) -> dict[str, Any]:
     """The singularities of a state."""
-    return plain(
+    return _record(
         {
             "mechanism": state.mechanism.name,
             "outputs": state.outputs,
@@ -147,7 +152,7 @@ def singularity_record(state: ClosedState, found: Singularity) -> dict[str, Any]
 def mobility_record(state: ClosedState, found: Mobility, screws: LimbScrews) -> dict[str, Any]:
     """The mobility of a state, and the orders and bases of its limbs' screw systems."""
     systems = {**screws, "platform": screws.platform}
-    return plain(
+    return _record(
         {
             "mechanism": state.mechanism.name,
             "outputs": state.outputs,

@@ -4,42 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pinmech.actuation.sizing.rows import COLUMNS, ENVELOPE_TEXT, KEYS, SizingRow, cells, notes
+from pinmech.actuation.sizing.columns import COLUMNS, ENVELOPE_TEXT, KEYS, cells, notes
+from pinmech.actuation.sizing.rows import SizingRow
 from pinmech.actuation.sizing.table import SizingTable
-from pinmech.errors import MissingExtraError
+from pinmech.show.terminal.console import console, rich
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
-
-#: The tables fit this many columns; output that goes to no terminal gets them.
-WIDTH = 120
-
-
-def _rich(module: str) -> Any:
-    import importlib
-
-    try:
-        return importlib.import_module(f"rich.{module}")
-    except ImportError:
-        raise MissingExtraError("rich", "cli") from None
-
-
-def console(**options: Any) -> Console:
-    """A rich console; where the output is no terminal it is wide enough for the tables.
-
-    Args:
-        options: for ``rich.console.Console``.
-
-    Raises:
-        MissingExtraError: rich is not installed.
-    """
-    made: Console = _rich("console").Console(**options)
-    if not made.is_terminal and "width" not in options:
-        made = _rich("console").Console(**{**options, "width": WIDTH})
-    return made
 
 
 def terminal_table(rows: Sequence[SizingRow], title: str) -> Table:
@@ -52,11 +26,11 @@ def terminal_table(rows: Sequence[SizingRow], title: str) -> Table:
     Raises:
         MissingExtraError: rich is not installed.
     """
-    text = _rich("text").Text
-    table: Table = _rich("table").Table(
+    text = rich("text").Text
+    table: Table = rich("table").Table(
         title=text(title, style="bold"),
         title_justify="left",
-        box=_rich("box").SIMPLE_HEAD,
+        box=rich("box").SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         pad_edge=False,
     )
@@ -80,7 +54,7 @@ def terminal_table(rows: Sequence[SizingRow], title: str) -> Table:
 
 def renderables(table: SizingTable) -> list[RenderableType]:
     """The whole sizing table for a rich console: load cases, envelope, failures, remarks."""
-    text = _rich("text").Text
+    text = rich("text").Text
     parts: list[RenderableType] = [
         text(table.title or table.name, style="bold underline"),
         text(""),

@@ -1,0 +1,1 @@
+"""Plots through matplotlib, which is loaded when the first figure is made."""

@@ -1,0 +1,42 @@
+"""States and solutions in the terminal: degrees and mm."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pinmech.kinematics.solution import Solution
+from pinmech.mechanism.state import ClosedState
+from pinmech.show.terminal.console import print_line, shown, table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+def print_solution(solution: Solution, to: Console, *, joints: bool = False) -> None:
+    """A solution that succeeded: outputs, actuators, mode; ``joints`` adds all joints."""
+    state = solution.unwrap()
+    print_line(to, f"{state.mechanism.name}: {solution.status}", "bold")
+    to.print(state_table(state, joints=joints))
+    signs = [f"{name} {'?' if s is None else f'{s:+d}'}" for name, s in state.mode.items()]
+    print_line(to, f"mode: {', '.join(signs)} (+1: as at home)")
+    print_line(
+        to,
+        f"largest loop gap {state.residual * state.mechanism.length:.1e} m, "
+        f"{solution.iterations} linear solves",
+    )
+
+
+def state_table(state: ClosedState, *, joints: bool) -> Table:
+    """Outputs and actuators of a state; ``joints`` adds all joints."""
+    mechanism = state.mechanism
+    angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
+    rows = [("output", n, *shown(x, angular=angular[n])) for n, x in state.outputs.items()]
+    rows += [
+        ("actuator", n, *shown(x, angular=not mechanism.actuators[n].prismatic))
+        for n, x in state.actuators.items()
+    ]
+    if joints:
+        revolving = dict(zip(mechanism.joints, mechanism.revolving, strict=True))
+        rows += [("joint", n, *shown(x, angular=revolving[n])) for n, x in state.joints.items()]
+    return table(("", "name", "value", "unit"), rows, (2,))
