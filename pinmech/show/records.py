@@ -17,6 +17,7 @@ from pinmech.equations.motions import input_mobility
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.mechanism.state import ClosedState
+from pinmech.show import quantities
 
 
 def plain(value: Any) -> Any:
@@ -39,10 +40,9 @@ def _record(entries: Mapping[str, Any]) -> dict[str, Any]:
 
 def units(mechanism: Mechanism) -> dict[str, str]:
     """Output, actuator and joint names -> ``rad`` or ``m``."""
-    kinds = dict(zip(mechanism.joints, mechanism.revolving.tolist(), strict=True))
-    kinds |= {name: not a.prismatic for name, a in mechanism.actuators.items()}
-    kinds |= dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
-    return {name: "rad" if angular else "m" for name, angular in kinds.items()}
+    kinds = quantities.joints(mechanism) | quantities.actuators(mechanism)
+    kinds |= quantities.outputs(mechanism)
+    return {name: quantity.unit for name, quantity in kinds.items()}
 
 
 def info_record(mechanism: Mechanism) -> dict[str, Any]:

@@ -9,13 +9,13 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pinmech.show.report import write_motion_page, write_report
 
 import pinmech as pm
 from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.cli.run import run
 from pinmech.files.names import LONGEST, slug, slugs
+from pinmech.show.report import write_motion_page, write_report
 
 HOSTILE = [
     "../../pwn",

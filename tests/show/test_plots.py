@@ -6,7 +6,6 @@ import warnings
 
 import numpy as np
 import pytest
-from pinmech.show.report import write_report
 
 from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.sizing.case import Case, LoadCase
@@ -14,6 +13,7 @@ from pinmech.actuation.sizing.study import size_actuators
 from pinmech.errors import UnknownNameError
 from pinmech.mechanism.assembly import from_text, load
 from pinmech.show.plots.torques import save_torque_plots, torque_figure
+from pinmech.show.report import write_report
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,6 @@ from html.parser import HTMLParser
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pinmech.show.terminal.console import WIDTH, console
-from pinmech.show.terminal.sizing import print_table
 from rich.console import Console
 
 from pinmech.actuation.motion.profiles import rest_to_rest
@@ -21,6 +19,9 @@ from pinmech.actuation.sizing.study import size_actuators
 from pinmech.actuation.sizing.table import SizingTable
 from pinmech.files.cells import csv_text
 from pinmech.mechanism.assembly import from_text, load
+from pinmech.show.terminal.console import WIDTH, console
+from pinmech.show.terminal.sizing import print_table
+from pinmech.units import Quantity
 
 
 @pytest.fixture(scope="module")
@@ -142,8 +143,8 @@ def test_no_cell_of_the_csv_is_a_formula_and_numbers_are_numbers(hostile, tmp_pa
 
 
 def test_a_note_that_is_a_formula(tmp_path) -> None:
-    row = SizingRow("a", "1", "m", False, status="singular", note="=1+1")
-    negative = SizingRow("a", "1", "n", False, *[-1.5] * 7)
+    row = SizingRow("a", "1", "m", Quantity.ANGLE, status="singular", note="=1+1")
+    negative = SizingRow("a", "1", "n", Quantity.ANGLE, *[-1.5] * 7)
     table = SizingTable("t", "", "m", (row, negative), (row,), {}, ())
     table.to_csv(tmp_path / "rows.csv")
     lines = (tmp_path / "rows.csv").read_text(encoding="utf-8").splitlines()
@@ -240,7 +241,10 @@ def test_an_output_that_is_no_terminal_is_wide_enough() -> None:
 
 def test_units_follow_the_actuators() -> None:
     torque = COLUMNS[0]
-    rotary, linear = SizingRow("a", "1", "m", False), SizingRow("a", "1", "s", True)
+    rotary, linear = (
+        SizingRow("a", "1", "m", Quantity.ANGLE),
+        SizingRow("a", "1", "s", Quantity.LENGTH),
+    )
     assert torque.unit([rotary]) == "N·m"
     assert torque.unit([linear]) == "N"
     assert torque.unit([rotary, linear]) == "N·m or N"

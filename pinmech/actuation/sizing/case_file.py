@@ -5,7 +5,6 @@ Faults of a file are collected and raised as one :class:`pinmech.errors.CaseErro
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -38,6 +37,7 @@ from pinmech.mechanism.assembly import load
 from pinmech.mechanism.mechanism import Mechanism, Outputs
 from pinmech.numeric import file_path
 from pinmech.structure.loading import data_folder, is_file, is_folder
+from pinmech.units import UNITS
 
 T = TypeVar("T")
 
@@ -280,7 +280,6 @@ class _Builder:
         missing = [name for name in outputs.names if name not in part]
         if missing:
             self.add(place, "no number for output " + ", ".join(repr(m) for m in missing))
-        return [
-            math.radians(part.get(name, 0.0)) if angle and unit == "deg" else part.get(name, 0.0)
-            for name, angle in zip(outputs.names, outputs.angular, strict=True)
-        ]
+        # The unit is that of the angles; lengths are in m.
+        sizes = [UNITS[unit].size if angular else 1.0 for angular in outputs.angular]
+        return [part.get(name, 0.0) * size for name, size in zip(outputs.names, sizes, strict=True)]
