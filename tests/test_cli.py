@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import json
 import re
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from small import hooke
 
 import pinmech as pm
 from pinmech.cli import app as commands
@@ -61,6 +63,73 @@ def test_info_of_a_file(call) -> None:
     code, out, _ = call("info", str(ROOT / "loops" / "decoupled_pf.yaml"))
     assert code == 0
     assert "theta1" in out
+
+
+def test_info_lists_the_cones(call) -> None:
+    mech = pm.load("antenna_3rsu_cones")
+    _, out, _ = call("info", mech.name)
+    for name, loop in mech.loops.items():
+        assert loop.limit is not None
+        (line,) = re.findall(rf"(?m)^{name} +spherical .*$", out)
+        assert line.rstrip().endswith(f"up to {np.rad2deg(loop.limit.angle):.4f} deg")
+    record = json.loads(call("info", mech.name, "--json")[1])["loops"]
+    for name, loop in mech.loops.items():
+        assert record[name]["limit"]["angle"] == loop.limit.angle
+        assert np.array_equal(record[name]["limit"]["axes"], loop.limit.axes)
+    # A ball joint without a cone says so; a closure that can have none says nothing.
+    assert (
+        len(re.findall(r"(?m)^arm\d +spherical .* no limit *$", call("info", "antenna_3rsu")[1]))
+        == 3
+    )
+    assert json.loads(call("info", "antenna_3rsu", "--json")[1])["loops"]["arm1"]["limit"] is None
+    assert re.search(r"(?m)^r3 +revolute .* platform_r3 *$", call("info", "decoupled_4r")[1])
+
+
+def test_info_of_a_universal_joint_has_its_tilt(call, tmp_path) -> None:
+    small = hooke(0.5)
+    assert re.search(r"universal .* no limit *\n", call("info", str(small.write(tmp_path)))[1])
+    limit = "{axes: [[1, 0, 0], [1, 0, 0]], angle: 3.0}"
+    text = small.description.replace("type: universal", f"type: universal, limit: {limit}")
+    assert text != small.description
+    file = tmp_path / "limited.yaml"
+    file.write_text(text, encoding="utf-8")
+    code, out, _ = call("info", str(file))
+    assert code == 0
+    assert re.search(rf"universal .* up to {np.rad2deg(3.0):.4f} deg *\n", out)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("info", "antenna_3rsu"),
+        ("inverse", "antenna_3rsu", "alpha=1", "beta=2"),
+        ("forward", "antenna_3rsu", "arm1=40", "arm2=40"),
+        ("singularity", "antenna_3rsu"),
+        ("mobility", "antenna_3rsu"),
+        ("view", "antenna_3rsu", "--out", "page.html"),
+    ],
+)
+def test_how_long_assembly_may_take(call, command, monkeypatch, tmp_path) -> None:
+    given, real = [], pm.load
+
+    def load(name, **options):
+        given.append(options.get("assembly_seconds"))
+        return real(name, **options)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(pm, "load", load)
+    assert call(*command)[0] == 0
+    assert call(*command, "--assembly-seconds", "2.5")[0] == 0
+    assert call(*command, "--assembly-seconds", "inf")[0] == 0
+    assert given == [None, 2.5, np.inf]
+    for bad in ("0", "-1", "nan"):
+        code, out, err = call(*command, "--assembly-seconds", bad)
+        assert (code, out) == (2, "")
+        assert "assembly_seconds must be a positive number of seconds" in err
+    # The help states the default.
+    default = inspect.signature(real).parameters["assembly_seconds"].default
+    text = " ".join(re.findall(r"[\w.,]+", call(command[0], "--help")[1]))
+    assert f"inf for no end default {default:g}." in text.replace(",", "").replace("end;", "end")
 
 
 def test_inverse_prints_degrees_of_the_published_pose(call) -> None:

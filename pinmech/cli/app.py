@@ -222,8 +222,9 @@ def size(
 ) -> None:
     """Torque and actuator sizing table of a case: torques, speeds, power, work.
 
-    Prints the tables; writes them as CSV, Markdown and HTML, with plots of the torques and a page
-    that shows the mechanism in motion.
+    Prints the tables; writes them as CSV, Markdown and HTML (sizing_CASE), with plots of the
+    torques (torque_CASE.LOADCASE.png) and a page that shows the first load case in motion
+    (view_CASE.LOADCASE.html). The files of several cases may lie in one folder.
 
     Exits with 0 when at least one row of the table has numbers, with a warning when others have
     none (a drive at a singularity, a pose out of reach), and with 1 when no row has.

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import warnings
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -47,6 +48,14 @@ def test_each_drive_has_a_panel_with_the_torques_of_its_actuators(table) -> None
     first, second = (curves(ax)["arm1"].get_color() for ax in figure.axes)
     assert first == second
     assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
+
+
+def test_a_curve_that_covers_another_is_narrower(table) -> None:
+    for ax in torque_figure(table, "a/b").axes:
+        drawn = list(curves(ax).values())
+        widths = [line.get_linewidth() for line in drawn]
+        assert len({line.get_zorder() for line in drawn}) == 1  # the order of drawing counts
+        assert all(wide > narrow + 0.5 for wide, narrow in pairwise(widths))
 
 
 def test_a_drive_that_fails_has_its_reason_in_place_of_curves(table) -> None:

@@ -241,10 +241,8 @@ def test_an_output_that_is_no_terminal_is_wide_enough() -> None:
 
 def test_units_follow_the_actuators() -> None:
     torque = COLUMNS[0]
-    rotary, linear = (
-        SizingRow("a", "1", "m", Quantity.ANGLE),
-        SizingRow("a", "1", "s", Quantity.LENGTH),
-    )
+    rotary = SizingRow("a", "1", "m", Quantity.ANGLE)
+    linear = SizingRow("a", "1", "s", Quantity.LENGTH)
     assert torque.unit([rotary]) == "N·m"
     assert torque.unit([linear]) == "N"
     assert torque.unit([rotary, linear]) == "N·m or N"

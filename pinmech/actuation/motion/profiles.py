@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from pinmech.actuation.motion.rotations import orientation_rates
-from pinmech.actuation.motion.trajectory import _ROTATION, Derivatives
+from pinmech.actuation.motion.trajectory import ROTATION, Derivatives
 from pinmech.actuation.motion.trajectory_file import LATEST
 from pinmech.errors import InputError
 from pinmech.frozen import Sealed, frozen
@@ -205,7 +205,7 @@ def _profile(time: Array, values: Array, rates: Array, second: Array, kind: str)
             f"the motion is too fast for numbers: its rates or accelerations over {time[-1]:g} s "
             "overflow; check duration and outputs"
         )
-    turning = _ROTATION.get(kind)
+    turning = ROTATION.get(kind)
     if turning is not None:
         rates, second = rates.copy(), second.copy()
         omega = orientation_rates(values[:, turning], rates[:, turning], second[:, turning])

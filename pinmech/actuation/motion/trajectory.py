@@ -43,7 +43,7 @@ Array = np.ndarray
 _ANGLE = Quantity.ANGLE.unit
 
 #: For each kind of output, the columns that are canonical coordinates of a rotation.
-_ROTATION = {"orientation": slice(0, 3), "pose": slice(3, 6)}
+ROTATION = {"orientation": slice(0, 3), "pose": slice(3, 6)}
 #: Two samples that turn the platform by more than this [rad] are too far apart to interpolate.
 _LARGEST_TURN = 2.0
 _MOST_SAMPLES = 5_000_000
@@ -117,8 +117,8 @@ class Trajectory(Sealed):
         if len(self.units) != n or not set(self.units) <= {q.unit for q in Quantity}:
             raise InputError(f"units must be 'rad' or 'm' for each of {n} outputs: {self.units}")
         one_of(self.kind, ("joints", "orientation", "translation", "pose"), "kind of outputs")
-        if self.kind in _ROTATION and n != _ROTATION[self.kind].stop:
-            raise InputError(f"{self.kind} outputs have {_ROTATION[self.kind].stop} names, not {n}")
+        if self.kind in ROTATION and n != ROTATION[self.kind].stop:
+            raise InputError(f"{self.kind} outputs have {ROTATION[self.kind].stop} names, not {n}")
 
     @classmethod
     def from_csv(cls, path: str | Path, outputs: Outputs | None = None) -> Trajectory:
@@ -245,7 +245,7 @@ class Trajectory(Sealed):
 
     def _differentiate(self, time: Array, degree: int) -> Derivatives:
         v, d, dd = self._spline(self.values, time, degree)
-        turning = _ROTATION.get(self.kind)
+        turning = ROTATION.get(self.kind)
         if turning is not None:
             q = quaternions(self.values[:, turning])
             self._check_turns(q)

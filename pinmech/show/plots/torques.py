@@ -99,18 +99,19 @@ def _panel(ax: Axes, history: History, quantity: Quantity, every: list[str]) -> 
     if history.status != "ok":
         _reason(ax, history.note)
         return
+    columns = [k for k, other in enumerate(history.quantities) if other is quantity]
+    # Wide ones first: they show on both sides of a curve that covers them.
     handles = [
-        _curve(ax, history, column, every.index(name))
-        for column, name in enumerate(history.actuators)
-        if history.quantities[column] is quantity
+        _curve(ax, history, k, every.index(history.actuators[k]), 1.3 + 0.8 * min(left, 3))
+        for left, k in zip(reversed(range(len(columns))), columns, strict=True)
     ]
     legend = ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     for text in legend.get_texts():
         text.set_parse_math(False)
 
 
-def _curve(ax: Axes, history: History, column: int, which: int) -> Line2D:
-    """The curve of an actuator, in its colour, and a dot on the peak."""
+def _curve(ax: Axes, history: History, column: int, which: int, width: float) -> Line2D:
+    """The curve of an actuator, in the colour of its number, and a dot on the peak."""
     torque = history.torques[:, column]
     colour = COLOURS[which % len(COLOURS)]
     (curve,) = ax.plot(
@@ -118,12 +119,12 @@ def _curve(ax: Axes, history: History, column: int, which: int) -> Line2D:
         torque,
         color=colour,
         linestyle=STYLES[(which // len(COLOURS)) % len(STYLES)],
-        linewidth=1.3,
+        linewidth=width,
         label=_line(history.actuators[column]),
         zorder=2,
     )
     k = int(np.argmax(np.abs(torque)))
-    ax.plot(history.time[k], torque[k], "o", markersize=4, color=colour, zorder=3)
+    ax.plot(history.time[k], torque[k], "o", markersize=5, color=colour, zorder=3)
     return curve
 
 

@@ -65,7 +65,7 @@ def print_line(to: Console, text: str, style: str = "") -> None:
     to.print(rich("text").Text(text, style=style), soft_wrap=True)
 
 
-def shown(value: float, quantity: Quantity) -> tuple[str, str]:
+def degrees_or_mm(value: float, quantity: Quantity) -> tuple[str, str]:
     """Number and unit of a value [rad or m]: in deg or mm."""
     if math.isinf(value):
         return "no limit", quantity.shown_unit

@@ -11,7 +11,7 @@ import pinocchio as pin
 from pinmech.equations.motions import input_mobility
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show import quantities
-from pinmech.show.terminal.console import print_line, shown, table
+from pinmech.show.terminal.console import degrees_or_mm, print_line, table
 from pinmech.show.terminal.solution import state_table
 from pinmech.units import Quantity
 
@@ -58,7 +58,7 @@ def _loops(mechanism: Mechanism) -> list[tuple[str, ...]]:
         frames = " – ".join(frame.label for frame in loop.frames)
         cone = "no limit" if loop.type in _TILTING else ""
         if loop.limit is not None:
-            cone = " ".join(("up to", *shown(loop.limit.angle, Quantity.ANGLE)))
+            cone = " ".join(("up to", *degrees_or_mm(loop.limit.angle, Quantity.ANGLE)))
         rows.append((name, loop.type, frames, cone))
     return rows
 
@@ -71,8 +71,8 @@ def _actuators(mechanism: Mechanism) -> list[tuple[str, ...]]:
         ends = np.array([mechanism.lower[a.coordinate], mechanism.upper[a.coordinate]])
         low, high = sorted((a.scale * ends + a.offset).tolist())
         quantity = kinds[name]
-        first, _ = shown(low, quantity)
-        last, unit = shown(high, quantity)
+        first, _ = degrees_or_mm(low, quantity)
+        last, unit = degrees_or_mm(high, quantity)
         span = f"{first} .. {last} {unit}" if np.isfinite(ends).any() else "no limit"
         effort = f"{a.effort:.4g} {quantity.effort_unit}"
         speed = f"{quantity.shown(a.velocity):.4g} {quantity.shown_rate_unit}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.state import ClosedState
 from pinmech.show import quantities
-from pinmech.show.terminal.console import print_line, shown, table
+from pinmech.show.terminal.console import degrees_or_mm, print_line, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,7 +38,7 @@ def state_table(state: ClosedState, *, joints: bool) -> Table:
     if joints:
         parts.append(("joint", state.joints, quantities.joints(mechanism)))
     rows = [
-        (part, name, *shown(value, kinds[name]))
+        (part, name, *degrees_or_mm(value, kinds[name]))
         for part, values, kinds in parts
         for name, value in values.items()
     ]
