@@ -239,7 +239,7 @@ class Spherical3PaUR:
             cuts = [(f"b{i}", f"base_b{i}", f"rocker{i}_b{i}") for i in (1, 2, 3)]
             cuts += [(f"d{i}", f"crank{i}_d{i}", f"coupler{i}_d{i}") for i in (2, 3)]
         cranks = [f"crank{i}" for i in (1, 2, 3)]
-        margin = Quantity.ANGLE.shown(self.crank_margin)
+        reach = Quantity.ANGLE.span(self.crank_margin - math.pi, -self.crank_margin, ".10g")
         sizes = ", ".join(
             f"{k} = {Quantity.LENGTH.shown(getattr(self, k)):.10g}" for k in ("r0", "l0", "ab")
         )
@@ -269,6 +269,6 @@ class Spherical3PaUR:
                 "there",
                 "outputs": "canonical coordinates",
                 "home": "the crank limits of the URDF keep the parallelograms from going flat "
-                f"(phi in {margin - 180.0:.10g} .. {-margin:.10g} deg)",
+                f"(phi in {reach})",
             },
         )
