@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pinmech.analysis.mobility import Mobility, mobility
     from pinmech.analysis.screws import LimbScrews, ScrewSystem, limb_screws
     from pinmech.analysis.singularity import Singularity, singularity
+    from pinmech.description.library import mechanisms
     from pinmech.errors import PinmechError, SingularError, SolveError
     from pinmech.kinematics.forward import forward
     from pinmech.kinematics.inverse import inverse
@@ -48,10 +49,8 @@ if TYPE_CHECKING:
     )
     from pinmech.kinematics.solution import Path, Solution
     from pinmech.mechanism.assembly import from_text, load
-    from pinmech.mechanism.mechanism import Mechanism
-    from pinmech.mechanism.state import ClosedState, verify_closed
+    from pinmech.mechanism.mechanism import ClosedState, Mechanism, verify_closed
     from pinmech.show.scene.viewer import view
-    from pinmech.structure.loading import mechanisms
 
 __version__ = "0.1.0"
 
@@ -83,9 +82,8 @@ _HOMES = {
         "velocity",
     ),
     "kinematics.solution": ("Path", "Solution"),
-    "mechanism.state": ("ClosedState", "verify_closed"),
-    "structure.loading": ("mechanisms",),
-    "mechanism.mechanism": ("Mechanism",),
+    "description.library": ("mechanisms",),
+    "mechanism.mechanism": ("ClosedState", "Mechanism", "verify_closed"),
     "show.scene.viewer": ("view",),
 }
 _HOME = {name: f"pinmech.{module}" for module, names in _HOMES.items() for name in names}

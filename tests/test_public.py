@@ -135,7 +135,9 @@ def test_numeric_fields_name_their_units(name: str) -> None:
     cls = getattr(pm, name)
     if not dataclasses.is_dataclass(cls):
         return
-    listed = entries(cls.__doc__ or "")
+    listed: dict[str, str] = {}
+    for base in reversed(cls.__mro__):  # a class lists what its base does not
+        listed |= entries(base.__doc__ or "")
     for field in dataclasses.fields(cls):
         if field.name.startswith("_"):
             continue

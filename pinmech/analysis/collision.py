@@ -9,8 +9,7 @@ import pinocchio as pin
 
 from pinmech.errors import InputError
 from pinmech.kinematics.arguments import closed
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.structure.shapes import read_shapes
 
 #: A body without shapes whose joints lie within this part of the characteristic length of each

@@ -11,16 +11,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.equations.motions import Motions, split_motions
-from pinmech.equations.scaling import RANK, scaled_closure_jacobian, velocity_scale
-from pinmech.equations.solver import Problem, minimise, newton
+from pinmech.equations.approach import minimise
+from pinmech.equations.closed import is_closed
+from pinmech.equations.motions import Motions, motions_of
+from pinmech.equations.newton import newton
+from pinmech.equations.problem import Problem
+from pinmech.equations.scaling import RANK, scaled_closure_jacobian
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.frozen import Sealed, Table
 from pinmech.kinematics.arguments import closed
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState, close
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.numeric import shown
-from pinmech.structure.closures import ClosureSystem, relative_placement, row_wrenches
+from pinmech.structure.closures import (
+    ClosureSystem,
+    Configuration,
+    relative_placement,
+    row_wrenches,
+)
 
 Array = np.ndarray
 
@@ -87,11 +94,11 @@ def mobility(state: ClosedState, *, locked: Sequence[str] = ()) -> Mobility:
     welded = _coordinates(mechanism, locked)
     free = np.array([k for k in range(mechanism.model.nv) if k not in welded], dtype=int)
     with mechanism.scratch() as system:
-        system.evaluate(state.q)
-        found = split_motions(mechanism, system, free)
-        u, values, _ = np.linalg.svd(scaled_closure_jacobian(mechanism, system)[:, free])
+        at = system.evaluate(state.q)
+        found = motions_of(mechanism, at, free)
+        u, values, _ = np.linalg.svd(scaled_closure_jacobian(mechanism, at)[:, free])
         wrenches = {
-            name: row_wrenches(loop, relative_placement(loop, system.data), mechanism.length)
+            name: row_wrenches(loop, relative_placement(loop, at.data), mechanism.length)
             for name, loop in mechanism.loops.items()
         }
         finite = _finite(mechanism, system, state.q, free, found)
@@ -153,17 +160,17 @@ class _Along(Problem):
     ) -> None:
         super().__init__(mechanism, free)
         # A displacement of q [rad, m] times this is how far along, in metres.
-        self._row = mechanism.length * direction / velocity_scale(mechanism)
+        self._row = mechanism.length * direction / mechanism.velocity_scale
         self._start, self._goal = q, mechanism.length * step
 
-    def residual(self, system: ClosureSystem, q: Array) -> Array:
+    def residual_at(self, at: Configuration) -> Array:
         """The closure residual, then how much of the step is missing [m]."""
-        closures = super().residual(system, q)
-        return np.append(closures, self._row @ (q - self._start) - self._goal)
+        closures = super().residual_at(at)
+        return np.append(closures, self._row @ (at.q - self._start) - self._goal)
 
-    def matrix(self, system: ClosureSystem) -> Array:
+    def matrix_at(self, at: Configuration) -> Array:
         """Its derivative."""
-        return np.vstack([super().matrix(system), self._row[self.free]])
+        return np.vstack([super().matrix_at(at), self._row[self.free]])
 
 
 def _finite(
@@ -176,7 +183,7 @@ def _finite(
     one branch; so the mobility at the points bounds the answer.
     """
     count = found.basis.shape[1]
-    scale = velocity_scale(mechanism)
+    scale = mechanism.velocity_scale
     rng = np.random.default_rng(0)
     kept: list[Array] = []
     mobilities = [0]
@@ -194,14 +201,15 @@ def _finite(
             # Redundant rows contradict each other off the closed points, where a plain Newton
             # step would go far astray.
             minimise(problem, system, ahead, iterations=40)
-            if not newton(problem, system, ahead, iterations=15).converged:
+            run = newton(problem, system, ahead, iterations=15)
+            if not run.converged:
                 continue
             moved = (ahead - q) / scale
             size = float(np.linalg.norm(moved))
-            if size > step / _KEPT or close(mechanism, ahead, system.data)[0] is None:
+            if size > step / _KEPT or not is_closed(mechanism, run.at.data):
                 continue
             kept.append(found.basis.T @ moved / size)
-            mobilities.append(split_motions(mechanism, system, free).basis.shape[1])
+            mobilities.append(motions_of(mechanism, run.at, free).basis.shape[1])
             break
         else:
             break

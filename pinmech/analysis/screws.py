@@ -18,10 +18,9 @@ import pinocchio as pin
 from pinmech.equations.scaling import frame_twist, null_space
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import closed
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.numeric import flag, numbers, shown, shown_name
-from pinmech.structure.closures import ClosureSystem, Frame, Loop, relative_placement, row_wrenches
+from pinmech.structure.closures import Configuration, Frame, Loop, relative_placement, row_wrenches
 from pinmech.structure.limbs import BASE, Limb
 
 Array = np.ndarray
@@ -102,9 +101,9 @@ def limb_screws(state: ClosedState, *, at: Array | None = None, locked: bool = F
         {a.coordinate for a in mechanism.actuators.values()} if flag(locked, "locked") else set()
     )
     with mechanism.scratch() as system:
-        system.evaluate(state.q)
+        configuration = system.evaluate(state.q)
         limbs = {
-            name: _system(mechanism, system, limb, point, driven)
+            name: _system(mechanism, configuration, limb, point, driven)
             for name, limb in mechanism.limbs.items()
         }
     scale = _scale(mechanism)
@@ -127,7 +126,7 @@ def _reciprocal(twists: Array) -> Array:
 
 
 def _system(
-    mechanism: Mechanism, system: ClosureSystem, limb: Limb, point: Array, driven: set[int]
+    mechanism: Mechanism, at: Configuration, limb: Limb, point: Array, driven: set[int]
 ) -> ScrewSystem:
     """Unknowns: the limb's joint rates, then the platform's twist at the point."""
     columns = [k for k in limb.coordinates if k not in driven]
@@ -137,10 +136,10 @@ def _system(
     own = set(limb.coordinates)
     if chain and set(chain) <= own:
         # The tree's own path to the platform runs through this limb.
-        jacobian = _twist_at(mechanism, system, mechanism.platform_frame, point)
+        jacobian = _twist_at(mechanism, at, mechanism.platform_frame, point)
         rows.append(np.hstack([jacobian[:, columns] / scale[:, None], -np.eye(6)]))
     for name in limb.loops:
-        rows.append(_loop_rows(mechanism, system, mechanism.loops[name], columns, point))
+        rows.append(_loop_rows(mechanism, at, mechanism.loops[name], columns, point))
     matrix = np.vstack(rows) if rows else np.zeros((0, len(columns) + 6))
     velocity = np.where(mechanism.revolving[columns], 1.0, mechanism.length)
     matrix = matrix * np.concatenate([velocity, np.ones(6)])
@@ -159,18 +158,18 @@ def _chain(mechanism: Mechanism, body: int, stop: tuple[int, ...]) -> tuple[int,
     return body, passed
 
 
-def _twist_at(mechanism: Mechanism, system: ClosureSystem, frame: Frame, point: Array) -> Array:
+def _twist_at(mechanism: Mechanism, at: Configuration, frame: Frame, point: Array) -> Array:
     """(6, nv) twist of a frame's body, its point at ``point`` [m], base axes."""
     if frame.joint == BASE:
         return np.zeros((6, mechanism.model.nv))
-    twist = frame_twist(mechanism, system, frame)
-    origin = (system.data.oMi[frame.joint] * frame.placement).translation
+    twist = frame_twist(at, frame)
+    origin = (at.data.oMi[frame.joint] * frame.placement).translation
     twist[:3] -= pin.skew(point - origin) @ twist[3:]
     return twist
 
 
 def _loop_rows(
-    mechanism: Mechanism, system: ClosureSystem, loop: Loop, columns: list[int], point: Array
+    mechanism: Mechanism, at: Configuration, loop: Loop, columns: list[int], point: Array
 ) -> Array:
     """Closure rows in the limb's joint rates and the platform's dimensionless twist."""
     platform = mechanism.platform_frame.joint
@@ -179,15 +178,15 @@ def _loop_rows(
     parts = []
     for frame in (first, second):
         end, passed = _chain(mechanism, frame.joint, stop=(platform,))
-        twist = _twist_at(mechanism, system, frame, point)
+        twist = _twist_at(mechanism, at, frame, point)
         mask = np.zeros(mechanism.model.nv)
         mask[passed] = 1.0
         carried = np.diag(scale) if end == platform else np.zeros((6, 6))
         parts.append(np.hstack([(twist * mask)[:, columns], carried]))
     between = parts[1] - parts[0]
-    wrenches = row_wrenches(loop, relative_placement(loop, system.data), mechanism.length)
-    rotation = (system.data.oMi[first.joint] * first.placement).rotation
-    origin = (system.data.oMi[second.joint] * second.placement).translation
+    wrenches = row_wrenches(loop, relative_placement(loop, at.data), mechanism.length)
+    rotation = (at.data.oMi[first.joint] * first.placement).rotation
+    origin = (at.data.oMi[second.joint] * second.placement).translation
     between[:3] -= pin.skew(origin - point) @ between[3:]
     turned = np.vstack([rotation.T @ between[:3], rotation.T @ between[3:]])
     return np.asarray(wrenches.T @ turned / mechanism.length)

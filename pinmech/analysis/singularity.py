@@ -15,21 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.analysis.generic import generic_rank
-from pinmech.equations.motions import motions_at
+from pinmech.equations.linear import SINGULAR
 from pinmech.equations.scaling import (
-    frame_twist,
-    output_scale,
-    scaled_closure_jacobian,
-    scaled_output_jacobian,
     selector,
-    velocity_scale,
 )
 from pinmech.errors import InputError
 from pinmech.frozen import Sealed, Table, frozen
 from pinmech.kinematics.arguments import closed
-from pinmech.kinematics.rates import SINGULAR
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState
 from pinmech.numeric import number
 
 Array = np.ndarray
@@ -88,33 +81,29 @@ def singularity(
         raise InputError(f"tolerance must be between 0 and 1, is {tolerance!r}")
     names, coordinates = mechanism.drive(drive), mechanism.drive_coordinates(drive)
     label = drive or next(n for n, members in mechanism.drives.items() if members == names)
-    with mechanism.scratch() as system:
-        system.evaluate(state.q)
-        found = motions_at(mechanism, system)
-        closure = scaled_closure_jacobian(mechanism, system)
-        outputs = scaled_output_jacobian(mechanism, system)
-        twist = frame_twist(mechanism, system, mechanism.platform_frame)
-    scale = velocity_scale(mechanism)
+    linear, scale = state.linear, mechanism.velocity_scale
+    closure, outputs, idle = linear.closure, linear.outputs, linear.idle
     kinds = set()
 
-    values, vectors = _small(np.vstack([closure, selector(mechanism, coordinates)]), found.idle)
+    values, vectors = _small(np.vstack([closure, selector(mechanism, coordinates)]), idle)
     type2 = float(values[-1])
     if type2 <= tolerance:
         kinds.add("type2")
     free = vectors[-1]
-    rates = output_scale(mechanism) * (outputs @ free)
+    rates = mechanism.output_scale * (outputs @ free)
     size = float(np.linalg.norm(rates))
     if size > 1e-9:
         # A direction has no sign of its own: its largest component is made positive.
         free = free / (size * np.sign(rates[np.abs(rates).argmax()]))
-    motion = twist @ (scale * free)
+    motion = linear.twist @ free
+    motion[:3] *= mechanism.length
     directions = {
-        "uncontrollable": _unit(output_scale(mechanism) * (outputs @ free)),
+        "uncontrollable": _unit(mechanism.output_scale * (outputs @ free)),
         "axis": _unit(motion[3:]),
         "wrench": _resisted(motion, mechanism.length),
     }
 
-    values, vectors = _small(np.vstack([closure, outputs]), found.idle)
+    values, vectors = _small(np.vstack([closure, outputs]), idle)
     type1 = float(values[-1])
     actuators = mechanism.actuator_coordinates
     if type1 <= tolerance:
@@ -127,8 +116,8 @@ def singularity(
             kinds.add("passive")
     directions["still"] = _unit((scale * vectors[-1])[actuators] * mechanism.scales)
 
-    rank = generic_rank(mechanism)
-    constraint = float(found.singular_values[rank - 1]) if rank else 0.0
+    rank = mechanism.facts.generic_rank
+    constraint = float(linear.values[rank - 1]) if rank else 0.0
     if constraint <= tolerance:
         kinds.add("constraint")
     return Singularity(

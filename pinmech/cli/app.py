@@ -26,7 +26,9 @@ from pinmech.cli.arguments import (
     read_outputs,
     read_pose,
 )
+from pinmech.description.library import find_description
 from pinmech.description.schema import json_schema
+from pinmech.description.source import read_file
 from pinmech.errors import InputError
 from pinmech.files.names import slug
 from pinmech.show import quantities, records
@@ -34,7 +36,6 @@ from pinmech.show.terminal.console import console, table
 from pinmech.show.terminal.info import print_info
 from pinmech.show.terminal.mobility import print_mobility
 from pinmech.show.terminal.singularity import print_singularity
-from pinmech.structure.loading import find_description, read_file
 
 app = typer.Typer(
     name="pinmech",
@@ -80,7 +81,7 @@ def root(
 @app.command("list")
 def list_command(as_json: Json = False) -> None:
     """List the built-in mechanisms."""
-    titles = {n: read_file(find_description(n)).mechanism.title for n in pm.mechanisms()}
+    titles = {n: read_file(find_description(n)).description.title for n in pm.mechanisms()}
     if as_json:
         print_json([{"name": name, "title": title} for name, title in titles.items()])
     else:

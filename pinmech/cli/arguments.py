@@ -14,8 +14,7 @@ import typer
 import pinmech as pm
 from pinmech.cli import values as typed
 from pinmech.kinematics.solution import Solution
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.show import quantities, records
 from pinmech.show.terminal.console import console
 from pinmech.show.terminal.progress import progress_bar

@@ -1,13 +1,13 @@
 """The schema of a description file: what may stand in loops/<name>.yaml.
 
 The schema is strict: unknown keys, wrong types and non-finite numbers are faults. Everything that
-needs the URDF (do the frames exist?) is checked in :mod:`pinmech.structure.loading`.
+needs the URDF (do the frames exist?) is checked in :mod:`pinmech.description.references`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal, Union, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, FiniteFloat, Tag
 from pydantic_core import PydanticCustomError
@@ -15,6 +15,10 @@ from pydantic_core import PydanticCustomError
 ClosureType = Literal[
     "spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "fixed"
 ]
+#: All closure types.
+CLOSURES: tuple[str, ...] = get_args(ClosureType)
+#: What the joint of a closure that can have a cone is called in messages.
+JOINT_NAMES = {"spherical": "ball joint", "universal": "universal joint"}
 OutputKind = Literal["joints", "orientation", "translation", "pose"]
 
 #: How many names each kind of output has; ``joints`` may have any number.

@@ -10,11 +10,10 @@ from collections.abc import Collection
 import numpy as np
 import pinocchio as pin
 
+from pinmech.description.schema import JOINT_NAMES
 from pinmech.equations.chains import Chain
-from pinmech.equations.memo import per_mechanism
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.structure.closures import Loop, relative_placement
-from pinmech.structure.cones import JOINT_NAMES, Cone
+from pinmech.structure.closures import relative_placement
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
@@ -22,33 +21,26 @@ Array = np.ndarray
 SLACK = 1e-9
 
 
-@per_mechanism
-def limited_loops(mechanism: Mechanism) -> tuple[tuple[Loop, Cone], ...]:
-    """The loops that have a cone, with it."""
-    return tuple((loop, loop.limit) for loop in mechanism.loops.values() if loop.limit is not None)
-
-
-def cone_angles(mechanism: Mechanism, data: pin.Data) -> dict[str, float]:
+def cone_angles(structure: Structure, data: pin.Data) -> dict[str, float]:
     """Loop name -> angle between housing and stud, or between shafts [rad], from ``data.oMi``."""
     return {
         loop.name: limit.angle_at(relative_placement(loop, data).rotation)
-        for loop, limit in limited_loops(mechanism)
+        for loop, limit in structure.cones
     }
 
 
-def open_cones(mechanism: Mechanism, q: Array) -> dict[str, float]:
+def open_cones(structure: Structure, q: Array) -> dict[str, float]:
     """Loop name -> angle [rad] of the joints that are beyond their cones at q (nq,)."""
-    loops = limited_loops(mechanism)
+    loops = structure.cones
     if not loops:
         return {}
-    with mechanism.scratch() as system:
-        pin.forwardKinematics(mechanism.model, system.data, q)
-        found = cone_angles(mechanism, system.data)
+    with structure.scratch() as system:
+        found = cone_angles(structure, system.place(q))
     return {loop.name: found[loop.name] for loop, c in loops if found[loop.name] > c.angle + SLACK}
 
 
 def cone_breaches(
-    mechanism: Mechanism, q: Array, loops: Collection[str] | None = None
+    structure: Structure, q: Array, loops: Collection[str] | None = None
 ) -> list[str]:
     """Which joints are beyond their cones at q (nq,), as readable texts.
 
@@ -56,8 +48,8 @@ def cone_breaches(
         loops: names of the loops that count, None for all.
     """
     texts = []
-    for name, angle in open_cones(mechanism, q).items():
-        loop = mechanism.loops[name]
+    for name, angle in open_cones(structure, q).items():
+        loop = structure.loops[name]
         if loop.limit is not None and (loops is None or name in loops):
             texts.append(
                 f"{JOINT_NAMES[loop.type]} {name} at {np.rad2deg(angle):.3g} deg "
@@ -66,19 +58,19 @@ def cone_breaches(
     return texts
 
 
-def within_cones(mechanism: Mechanism, rows: Array) -> Array:
+def within_cones(structure: Structure, rows: Array) -> Array:
     """(N,) for each row of ``rows`` (N, nq): is every ball joint within its cone?"""
-    return np.asarray((cone_margins(mechanism, rows) >= -SLACK).all(axis=1))
+    return np.asarray((cone_margins(structure, rows) >= -SLACK).all(axis=1))
 
 
-def cone_margins(mechanism: Mechanism, rows: Array) -> Array:
+def cone_margins(structure: Structure, rows: Array) -> Array:
     """(N, n_cones) by how much each limited joint is within its cone [rad] at closed q (N, nq)."""
-    loops = limited_loops(mechanism)
+    loops = structure.cones
     chains: dict[int, Array] = {}
     out = np.empty((len(rows), len(loops)))
     for k, (loop, limit) in enumerate(loops):
         one, two = (
-            _directions(mechanism, frame.joint, frame.placement.rotation @ axis, rows, chains)
+            _directions(structure, frame.joint, frame.placement.rotation @ axis, rows, chains)
             for frame, axis in zip(loop.frames, limit.axes, strict=True)
         )
         sine = np.linalg.norm(np.cross(one, two), axis=1)
@@ -87,10 +79,10 @@ def cone_margins(mechanism: Mechanism, rows: Array) -> Array:
 
 
 def _directions(
-    mechanism: Mechanism, body: int, axis: Array, rows: Array, known: dict[int, Array]
+    structure: Structure, body: int, axis: Array, rows: Array, known: dict[int, Array]
 ) -> Array:
     """(N, 3) a direction of a body in base axes."""
     if body not in known:
-        known[body] = Chain(mechanism.model, body).poses(rows)[0]
+        known[body] = Chain(structure.model, body).poses(rows)[0]
     out: Array = known[body] @ axis
     return out

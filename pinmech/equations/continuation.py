@@ -14,12 +14,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.motions import idle_freedoms
-from pinmech.equations.samples import nearby
-from pinmech.equations.scaling import RANK, velocity_scale
-from pinmech.equations.solver import Pose, Problem, newton
-from pinmech.mechanism.mechanism import Mechanism
+from pinmech.equations.facts import Facts
+from pinmech.equations.newton import newton
+from pinmech.equations.problem import Pose, Problem
+from pinmech.equations.scaling import RANK
 from pinmech.structure.closures import ClosureSystem
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
@@ -51,9 +51,9 @@ class Line(Protocol):
 class JointLine:
     """Joints that are held on a straight line from their values in q to a target."""
 
-    def __init__(self, mechanism: Mechanism, free: Array, held: Array, q: Array, to: Array) -> None:
+    def __init__(self, structure: Structure, free: Array, held: Array, q: Array, to: Array) -> None:
         self.held, self._from, self._to = held, q[held].copy(), to
-        self._problem = Problem(mechanism, free)
+        self._problem = Problem(structure, free)
 
     def problem(self, s: float) -> Problem:
         """The equations: the same all along the line."""
@@ -67,10 +67,10 @@ class JointLine:
 class PoseLine:
     """The platform on a straight line (rotation: geodesic) to a target pose."""
 
-    def __init__(self, mechanism: Mechanism, start: pin.SE3, target: Pose) -> None:
-        self._mechanism, self._start, self._target = mechanism, start, target
+    def __init__(self, structure: Structure, start: pin.SE3, target: Pose) -> None:
+        self._mechanism, self._start, self._target = structure, start, target
         self._turn = pin.log3(start.rotation.T @ target.target.rotation)
-        self._free = np.arange(mechanism.model.nv)
+        self._free = np.arange(structure.model.nv)
 
     def problem(self, s: float) -> Problem:
         """The equations with the pose at s."""
@@ -107,13 +107,12 @@ class Tracked:
     iterations: int
 
 
-def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
+def follow(facts: Facts, line: Line, system: ClosureSystem, q: Array) -> Tracked:
     """Follow the line from the closed configuration q (which belongs to s = 0)."""
     problem = line.problem(0.0)
     here = q.copy()
-    problem.residual(system, here)
-    before = _scaled(problem, system)
-    regular = _Regular(problem, system)
+    before = problem.evaluate(system, here).scaled_matrix()
+    regular = _Regular(facts, problem, system)
     space = regular.row_space(before)
     if space is None:
         return Tracked(False, here, 0.0, True, 0)
@@ -132,7 +131,7 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
         contracts = run.second <= CONTRACTION * run.first + RANK
         good = run.converged and moved <= LONGEST_MOVE and contracts
         if good:
-            after = _scaled(problem, system)
+            after = problem.evaluate(system, trial).scaled_matrix()
             crossing = float(np.linalg.det(space.T @ before.T @ after @ space)) <= 0.0
             good = not crossing
         if good:
@@ -157,9 +156,9 @@ def follow(line: Line, system: ClosureSystem, q: Array) -> Tracked:
 
 def _measure(problem: Problem, q: Array) -> Array:
     """(nv,) weights for moves of the coordinates."""
-    mechanism = problem.mechanism
-    weights = 1.0 / velocity_scale(mechanism)
-    out = np.where(mechanism.revolving, 1.0, np.abs(q) * weights)
+    structure = problem.structure
+    weights = 1.0 / structure.velocity_scale
+    out = np.where(structure.revolving, 1.0, np.abs(q) * weights)
     measure: Array = weights / np.maximum(1.0, out)
     return measure
 
@@ -174,25 +173,21 @@ def _look(line: Line, system: ClosureSystem, here: Array, s: float, matrix: Arra
     rank = int((values > RANK * values[0]).sum())
     u, values, vt = u[:, :rank], values[:rank], vt[:rank]
     # What Newton left is small, but not beside a change of 1e-6 where a singular value is small.
-    left = line.problem(s).residual(system, here).copy()
+    left = line.problem(s).evaluate(system, here).residual
     problem, probe = line.problem(s + _PROBE), here.copy()
     line.place(probe, s + _PROBE)
     tangent = (probe - here) / _PROBE
     # Without the open directions, in which there is nothing but noise.
-    change = (problem.residual(system, probe) - left) / (_PROBE * problem.length)
+    change = (problem.evaluate(system, probe).residual - left) / (_PROBE * problem.length)
     rates = -vt.T @ (u.T @ change / values)
     tangent[problem.free] = rates / problem.weights
     way = min(_PROBE, 10.0 * _PROBE / max(float(np.abs(rates).max(initial=0.0)), 1e-300))
     problem = line.problem(s + way)
-    problem.residual(system, here + way * tangent)
-    slopes = (np.einsum("ij,ik,jk->j", u, _scaled(problem, system), vt) - values) / way
+    beyond = problem.evaluate(system, here + way * tangent).scaled_matrix()
+    slopes = (np.einsum("ij,ik,jk->j", u, beyond, vt) - values) / way
     losing = slopes < 0.0
     room = (_SPENT * values[losing] / -slopes[losing]).min(initial=1.0)
     return _Outlook(tangent, float(room))
-
-
-def _scaled(problem: Problem, system: ClosureSystem) -> Array:
-    return problem.matrix(system) / (problem.weights * problem.length)
 
 
 def _smallest(matrix: Array) -> float:
@@ -205,9 +200,9 @@ class _Regular:
     """Tells a singular matrix from one that never determines everything: rods that spin, or
     closures that close only to second order, leave some motions open at every configuration."""
 
-    def __init__(self, problem: Problem, system: ClosureSystem) -> None:
-        self._problem, self._system = problem, system
-        self._open = idle_freedoms(problem.mechanism)
+    def __init__(self, facts: Facts, problem: Problem, system: ClosureSystem) -> None:
+        self._facts, self._problem, self._system = facts, problem, system
+        self._open = facts.idle
         self._asked = False
 
     def row_space(self, matrix: Array) -> Array | None:
@@ -221,8 +216,8 @@ class _Regular:
     def _usual(self) -> int:
         """How many motions these equations leave open at least, over closed states near home."""
         problem, found = self._problem, []
-        for q in nearby(problem.mechanism):
-            problem.residual(self._system, q)
-            values = np.linalg.svd(_scaled(problem, self._system), compute_uv=False)
+        for q in self._facts.nearby:
+            matrix = problem.evaluate(self._system, q).scaled_matrix()
+            values = np.linalg.svd(matrix, compute_uv=False)
             found.append(len(problem.free) - int((values > RANK * values[0]).sum()))
         return min(found)

@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.solver import Problem
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.structure.closures import ClosureSystem, Loop, relative_placement
+from pinmech.equations.problem import Problem
+from pinmech.structure.closures import Configuration, Loop, relative_placement
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
@@ -38,30 +38,29 @@ _POLE = 1e-6
 class Misalignment(Problem):
     """The closure equations of all loops in the free coordinates, with angles for rotations."""
 
-    def residual(self, system: ClosureSystem, q: Array) -> Array:
+    def residual_at(self, at: Configuration) -> Array:
         """(m,) [m]; angles count as characteristic length · angle."""
-        pin.computeJointJacobians(system.model, system.data, q)
-        return np.concatenate([self._residual(loop, system) for loop in self._loops])
+        return np.concatenate([self._residual(loop, at) for loop in self._loops])
 
-    def matrix(self, system: ClosureSystem) -> Array:
-        """(m, n_free) derivative of the residual at the last evaluated q."""
-        return np.vstack([self._matrix(loop, system) for loop in self._loops])
+    def matrix_at(self, at: Configuration) -> Array:
+        """(m, n_free) derivative of the residual."""
+        return np.vstack([self._matrix(loop, at) for loop in self._loops])
 
     @cached_property
     def _loops(self) -> list[Loop]:
-        return list(self.mechanism.loops.values())
+        return list(self.structure.loops.values())
 
-    def _residual(self, loop: Loop, system: ClosureSystem) -> Array:
-        apart, angle = _off(loop, system.data)
+    def _residual(self, loop: Loop, at: Configuration) -> Array:
+        apart, angle = _off(loop, at.data)
         return np.concatenate([apart, self.length * angle])
 
-    def _matrix(self, loop: Loop, system: ClosureSystem) -> Array:
-        placement = relative_placement(loop, system.data)
+    def _matrix(self, loop: Loop, at: Configuration) -> Array:
+        placement = relative_placement(loop, at.data)
         rows, held = _PARTS[loop.type]
         turn = placement.rotation
         first, second = (
             frame.placement.toActionMatrixInverse()
-            @ pin.getJointJacobian(system.model, system.data, frame.joint, _LOCAL)[:, self.free]
+            @ pin.getJointJacobian(at.model, at.data, frame.joint, _LOCAL)[:, self.free]
             for frame in loop.frames
         )
         # Velocity of the second frame against the first, in its own axes.
@@ -82,10 +81,10 @@ class Misalignment(Problem):
         return np.vstack(parts)
 
 
-def loop_gaps(mechanism: Mechanism, data: pin.Data) -> dict[str, tuple[float, float]]:
+def loop_gaps(structure: Structure, data: pin.Data) -> dict[str, tuple[float, float]]:
     """Loop name -> how far it is open: distance [m] and angle [rad], from ``data.oMi``."""
     gaps = {}
-    for name, loop in mechanism.loops.items():
+    for name, loop in structure.loops.items():
         apart, angle = (float(np.linalg.norm(part)) for part in _off(loop, data))
         gaps[name] = (apart, angle)
     return gaps

@@ -9,18 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.equations.memo import per_mechanism
 from pinmech.equations.scaling import (
     RANK,
     frame_twist,
     rank_of,
     scaled_closure_jacobian,
     scaled_output_jacobian,
-    velocity_scale,
 )
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
-from pinmech.structure.closures import ClosureSystem
+from pinmech.structure.closures import Configuration
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
@@ -43,63 +40,55 @@ class Motions:
     idle: Array
 
 
-def motions_at(mechanism: Mechanism, system: ClosureSystem) -> Motions:
-    """The feasible motions at the last evaluated q."""
-    return split_motions(mechanism, system, np.arange(mechanism.model.nv))
+def motions_at(structure: Structure, at: Configuration) -> Motions:
+    """The feasible motions at a configuration."""
+    return motions_of(structure, at, np.arange(structure.model.nv))
 
 
-def split_motions(mechanism: Mechanism, system: ClosureSystem, free: Array) -> Motions:
-    """The feasible motions of the free coordinates (n,), all others welded, at the last q."""
-    _, values, vt = np.linalg.svd(scaled_closure_jacobian(mechanism, system)[:, free])
+def motions_of(structure: Structure, at: Configuration, free: Array) -> Motions:
+    """The feasible motions of the free coordinates (n,), all others welded."""
+    _, values, vt = np.linalg.svd(scaled_closure_jacobian(structure, at)[:, free])
     rank = rank_of(values)
-    feasible = np.zeros((mechanism.model.nv, len(free) - rank))
+    feasible = np.zeros((structure.model.nv, len(free) - rank))
     feasible[free] = vt[rank:].T
+    twist = frame_twist(at, structure.platform_frame) * structure.velocity_scale
+    twist[:3] /= structure.length
+    outputs = scaled_output_jacobian(structure, at)
+    return motions_seen(structure, values, rank, feasible, twist, outputs)
+
+
+def motions_seen(
+    structure: Structure, values: Array, rank: int, feasible: Array, twist: Array, outputs: Array
+) -> Motions:
+    """Feasible motions (nv, d) parted into those that are seen and the idle ones.
+
+    Args:
+        structure: the structure.
+        values, rank: of the closure Jacobian.
+        feasible: orthonormal basis.
+        twist: (6, nv) scaled twist of the platform.
+        outputs: (n_out, nv) scaled output Jacobian.
+    """
     if feasible.shape[1] == 0:
         return Motions(values, rank, feasible, feasible)
-    twist = frame_twist(mechanism, system, mechanism.platform_frame) * velocity_scale(mechanism)
-    twist[:3] /= mechanism.length
-    visible = np.vstack(
-        [
-            twist,
-            scaled_output_jacobian(mechanism, system),
-            np.eye(mechanism.model.nv)[mechanism.actuator_coordinates],
-        ]
-    )
+    actuators = np.eye(structure.model.nv)[structure.actuator_coordinates]
+    visible = np.vstack([twist, outputs, actuators])
     _, strengths, directions = np.linalg.svd(visible @ feasible)
     count = int((strengths > RANK * max(1.0, strengths[0])).sum())
     return Motions(values, rank, feasible @ directions[:count].T, feasible @ directions[count:].T)
 
 
-def motions(state: ClosedState) -> Motions:
-    """The feasible motions at a closed state."""
-    with state.mechanism.scratch() as system:
-        system.evaluate(state.q)
-        return motions_at(state.mechanism, system)
-
-
-@per_mechanism
-def idle_freedoms(mechanism: Mechanism) -> int:
-    """How many motions at home move neither platform, outputs nor actuators."""
-    return motions(mechanism.home).idle.shape[1]
-
-
-@per_mechanism
-def input_mobility(mechanism: Mechanism) -> int:
-    """Degrees of freedom at home without the idle ones."""
-    return motions(mechanism.home).basis.shape[1]
-
-
-def least_held(mechanism: Mechanism, system: ClosureSystem, held: Array) -> Array:
+def least_held(structure: Structure, at: Configuration, held: Array, idle: int) -> Array:
     """(nv,) the motion, scaled to unit length, that the closures and the dimensionless rows
-    ``held`` (m, nv) hold least at the last evaluated q; idle motions left aside."""
-    stacked = np.vstack([scaled_closure_jacobian(mechanism, system), held])
-    motion: Array = np.linalg.svd(stacked)[2][mechanism.model.nv - 1 - idle_freedoms(mechanism)]
+    ``held`` (m, nv) hold least; ``idle`` motions, which nothing holds, are left aside."""
+    stacked = np.vstack([scaled_closure_jacobian(structure, at), held])
+    motion: Array = np.linalg.svd(stacked)[2][structure.model.nv - 1 - idle]
     return motion
 
 
-def limb_of(mechanism: Mechanism, motion: Array) -> str:
+def limb_of(structure: Structure, motion: Array) -> str:
     """Name of the limb that a motion (nv,) moves most."""
     return max(
-        mechanism.limbs.values(),
+        structure.limbs.values(),
         key=lambda limb: float(np.abs(motion[list(limb.coordinates)]).max(initial=0.0)),
     ).name

@@ -1,4 +1,4 @@
-"""Random walks over closed states from home: the same ones every time."""
+"""Closed states near home and far from it, reached by random walks: the same ones every time."""
 
 from __future__ import annotations
 
@@ -7,22 +7,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.equations.memo import per_mechanism
+from pinmech.equations.closed import is_closed
 from pinmech.equations.motions import motions_at
-from pinmech.equations.scaling import velocity_scale
-from pinmech.equations.solver import Problem, newton
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import close
+from pinmech.equations.newton import newton
+from pinmech.equations.problem import Problem
 from pinmech.structure.closures import ClosureSystem
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
 
 def closed_walks(
-    mechanism: Mechanism, system: ClosureSystem, *, walks: int, steps: int, step: float
+    structure: Structure,
+    system: ClosureSystem,
+    home: Array,
+    *,
+    walks: int,
+    steps: int,
+    step: float,
 ) -> Iterator[tuple[int, Array]]:
-    """How many steps from home, and closed joint values (nq,), with ``system`` evaluated there;
-    home comes first.
+    """How many steps from home, and closed joint values (nq,); home comes first.
 
     Every walk starts at home and keeps its direction as far as the closures allow.
 
@@ -31,33 +35,30 @@ def closed_walks(
         step: length of a step [rad, or in characteristic lengths].
     """
     rng = np.random.default_rng(0)
-    scale = velocity_scale(mechanism)
-    problem = Problem(mechanism, np.arange(mechanism.model.nv))
-    system.evaluate(mechanism.home.q)
-    yield 0, mechanism.home.q
+    scale = structure.velocity_scale
+    problem = Problem(structure, np.arange(structure.model.nv))
+    yield 0, home
     for _ in range(walks):
-        q = mechanism.home.q.copy()
-        heading = rng.normal(size=mechanism.model.nv)
+        q = home.copy()
+        heading = rng.normal(size=structure.model.nv)
         for count in range(steps):
-            system.evaluate(q)
-            feasible = motions_at(mechanism, system).basis
+            feasible = motions_at(structure, system.evaluate(q)).basis
             direction = feasible @ (feasible.T @ heading)
             size = float(np.linalg.norm(direction))
             if size < 1e-9:
                 break
             ahead = q + step * scale * direction / size
             run = newton(problem, system, ahead)
-            if not run.converged or close(mechanism, ahead, system.data)[0] is None:
+            if not run.converged or not is_closed(structure, run.at.data):
                 break
             q = ahead
             yield count + 1, q
 
 
-@per_mechanism
-def nearby(mechanism: Mechanism) -> tuple[Array, ...]:
+def nearby(structure: Structure, home: Array) -> tuple[Array, ...]:
     """A dozen closed joint values (nq,) around home, home first."""
-    with mechanism.scratch() as system:
-        walks = closed_walks(mechanism, system, walks=4, steps=3, step=0.08)
+    with structure.scratch() as system:
+        walks = closed_walks(structure, system, home, walks=4, steps=3, step=0.08)
         return tuple(q.copy() for _, q in walks)
 
 
@@ -74,13 +75,12 @@ class Samples:
     near: Array
 
 
-@per_mechanism
-def samples(mechanism: Mechanism) -> Samples:
+def samples(structure: Structure, home: Array) -> Samples:
     """A hundred closed states on long walks from home."""
-    with mechanism.scratch() as system:
+    with structure.scratch() as system:
         found = [
             (q.copy(), count * _STEP <= _NEAR)
-            for count, q in closed_walks(mechanism, system, walks=8, steps=14, step=_STEP)
+            for count, q in closed_walks(structure, system, home, walks=8, steps=14, step=_STEP)
         ]
     return Samples(np.array([q for q, _ in found]), np.array([near for _, near in found]))
 

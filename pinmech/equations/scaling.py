@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.memo import per_mechanism
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import CLOSED
-from pinmech.structure.closures import ClosureSystem, Frame
+from pinmech.equations.closed import CLOSED
+from pinmech.structure.closures import Configuration, Frame
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
@@ -17,58 +16,46 @@ Array = np.ndarray
 RANK = float(np.sqrt(CLOSED))
 
 
-@per_mechanism
-def velocity_scale(mechanism: Mechanism) -> Array:
-    """(nv,) velocity per dimensionless velocity: 1 for revolute joints, the length for sliding."""
-    return np.where(mechanism.revolving, 1.0, mechanism.length)
+def scaled_closure_jacobian(structure: Structure, at: Configuration) -> Array:
+    """(rows, nv) dimensionless closure Jacobian."""
+    return at.jacobian() * (structure.velocity_scale / structure.length)
 
 
-@per_mechanism
-def output_scale(mechanism: Mechanism) -> Array:
-    """(n_out,) output rate per dimensionless output rate."""
-    return np.where(np.array(mechanism.outputs.angular), 1.0, mechanism.length)
-
-
-def scaled_closure_jacobian(mechanism: Mechanism, system: ClosureSystem) -> Array:
-    """(rows, nv) dimensionless closure Jacobian at the last evaluated q."""
-    return system.jacobian() * (velocity_scale(mechanism) / mechanism.length)
-
-
-def frame_twist(mechanism: Mechanism, system: ClosureSystem, frame: Frame) -> Array:
+def frame_twist(at: Configuration, frame: Frame) -> Array:
     """(6, nv) twist of a frame per joint velocity: velocity of its origin [m] above angular
-    velocity [rad], base axes, at the last evaluated q."""
+    velocity [rad], base axes."""
     if frame.joint == 0:
-        return np.zeros((6, mechanism.model.nv))
+        return np.zeros((6, at.model.nv))
     aligned = pin.getJointJacobian(
-        system.model, system.data, frame.joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        at.model, at.data, frame.joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     )
-    arm = system.data.oMi[frame.joint].rotation @ frame.placement.translation
+    arm = at.data.oMi[frame.joint].rotation @ frame.placement.translation
     out = np.array(aligned)
     out[:3] -= pin.skew(arm) @ aligned[3:]
     return out
 
 
-def output_jacobian(mechanism: Mechanism, system: ClosureSystem) -> Array:
-    """(n_out, nv) output rates per joint velocity at the last evaluated q; rates of an orientation
+def output_jacobian(structure: Structure, at: Configuration) -> Array:
+    """(n_out, nv) output rates per joint velocity; rates of an orientation
     are the angular velocity in base axes [rad/s], of a translation m/s."""
-    outputs = mechanism.outputs
+    outputs = structure.outputs
     if outputs.kind == "joints":
-        selector = np.zeros((len(outputs), mechanism.model.nv))
+        selector = np.zeros((len(outputs), structure.model.nv))
         selector[np.arange(len(outputs)), list(outputs.coordinates)] = 1.0
         return selector
-    twist = frame_twist(mechanism, system, mechanism.platform_frame)
+    twist = frame_twist(at, structure.platform_frame)
     return {"orientation": twist[3:], "translation": twist[:3], "pose": twist}[outputs.kind]
 
 
-def scaled_output_jacobian(mechanism: Mechanism, system: ClosureSystem) -> Array:
-    """(n_out, nv) dimensionless output Jacobian at the last evaluated q."""
-    jacobian = output_jacobian(mechanism, system) * velocity_scale(mechanism)
-    return jacobian / output_scale(mechanism)[:, None]
+def scaled_output_jacobian(structure: Structure, at: Configuration) -> Array:
+    """(n_out, nv) dimensionless output Jacobian."""
+    jacobian = output_jacobian(structure, at) * structure.velocity_scale
+    return jacobian / structure.output_scale[:, None]
 
 
-def selector(mechanism: Mechanism, coordinates: Array) -> Array:
+def selector(structure: Structure, coordinates: Array) -> Array:
     """(n, nv) selector of joint velocities; the same dimensionless or not."""
-    out = np.zeros((len(coordinates), mechanism.model.nv))
+    out = np.zeros((len(coordinates), structure.model.nv))
     out[np.arange(len(coordinates)), coordinates] = 1.0
     return out
 

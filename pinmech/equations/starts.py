@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from pinmech.mechanism.mechanism import Mechanism
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
 
 def starts(
-    mechanism: Mechanism, free: Array, centre: Array, count: int, *, limits: bool | None = True
+    structure: Structure, free: Array, centre: Array, count: int, *, limits: bool | None = True
 ) -> Array:
     """(count, n_free) start values: the centre first, then spread within the limits, or half a
     turn or two characteristic lengths to each side where there is none. Always the same ones.
@@ -18,11 +18,11 @@ def starts(
     With ``limits=False`` those of the actuators do not count; those of passive joints still do:
     they keep the search on the side of their locks that was drawn. With None no limit counts.
     """
-    reach = np.where(mechanism.revolving[free], np.pi, 2.0 * mechanism.length)
+    reach = np.where(structure.revolving[free], np.pi, 2.0 * structure.length)
     kept = np.full(len(free), bool(limits))
     if limits is not None:
-        kept |= ~np.isin(free, mechanism.actuator_coordinates)
-    low = np.where(kept, np.maximum(mechanism.lower[free], centre - reach), centre - reach)
-    high = np.where(kept, np.minimum(mechanism.upper[free], centre + reach), centre + reach)
+        kept |= ~np.isin(free, structure.actuator_coordinates)
+    low = np.where(kept, np.maximum(structure.lower[free], centre - reach), centre - reach)
+    high = np.where(kept, np.minimum(structure.upper[free], centre + reach), centre + reach)
     spread = np.random.default_rng(20160127).uniform(size=(count - 1, len(free)))
     return np.vstack([centre, low + spread * (high - low)])

@@ -7,10 +7,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState, check_mechanism
+from pinmech.mechanism.mechanism import ClosedState, Mechanism, check_mechanism
 from pinmech.numeric import flag, numbers, positive, shown, shown_name
-from pinmech.structure.same_geometry import same_geometry
+from pinmech.structure.structure import same_geometry
 
 Array = np.ndarray
 Values = Mapping[str, float] | Sequence[float] | Array

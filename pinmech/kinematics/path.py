@@ -1,7 +1,7 @@
-"""Forward and inverse kinematics along a path: warm starts, the inner loop kept lean.
+"""Forward and inverse kinematics along a path: from row to row.
 
 Each pose starts from its neighbour, extrapolated where the path is smooth. A pose is accepted
-only if Newton contracts and no determinant changes its sign; otherwise the careful solver of one
+only if Newton contracts and no determinant changes its sign; otherwise the general solver of one
 pose (:mod:`inverse`, :mod:`forward` beside this file) takes over.
 """
 
@@ -12,17 +12,17 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from pinmech.equations.cones import limited_loops, within_cones
+from pinmech.equations.cones import within_cones
 from pinmech.equations.continuation import LONGEST_MOVE
-from pinmech.equations.labels import wanted_signs
+from pinmech.equations.held import Held
 from pinmech.equations.outputs import output_rows
 from pinmech.kinematics.arguments import LARGEST, asked, guess_state, matrix, numbers, sensible
 from pinmech.kinematics.forward import CONSISTENT, ForwardSolver
 from pinmech.kinematics.inverse import InverseSolver
+from pinmech.kinematics.modes import wanted_signs
+from pinmech.kinematics.near_newton import NearNewton, near_newton
 from pinmech.kinematics.solution import CONVERGED, Path, Solution
-from pinmech.kinematics.warm import Warm, forward_warm, inverse_warm
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]
@@ -69,9 +69,10 @@ def inverse_path(
     signs = wanted_signs(mechanism, mode, start)
     with mechanism.scratch() as system:
         solver = InverseSolver(mechanism, system, signs, limits=limits)
-        warm = inverse_warm(mechanism, system, signs, start.q)
+        held, joints = mechanism.facts.outputs_held, mechanism.outputs.kind == "joints"
+        near = near_newton(mechanism, system, held, start.q, signs=signs) if joints else None
         runner = _Runner(mechanism, targets, limits=limits, progress=progress)
-        return runner.run(warm, solver.solve, targets, start.q, targets)
+        return runner.run(near, solver.solve, targets, start.q, targets)
 
 
 def forward_path(
@@ -111,19 +112,20 @@ def forward_path(
     start = guess_state(mechanism, guess)
     with mechanism.scratch() as system:
         solver = ForwardSolver(mechanism, system, names, limits=limits, tolerance=tolerance)
-        subset = solver.best_subset(start.q)
+        given = solver.drive
+        subset = given.best_subset(system.evaluate(start.q))
         chosen = list(subset) if subset is not None else list(range(len(names)))
-        held = solver.coordinates[chosen]
-        warm = forward_warm(mechanism, system, held, start.q) if subset is not None else None
-        wanted = solver.joint_values(targets)
+        held = Held(mechanism, given.coordinates[chosen])
+        near = near_newton(mechanism, system, held, start.q) if subset is not None else None
+        wanted = given.joint_values(targets)
         surplus = None
         if len(chosen) < len(names):
 
             def surplus(part: slice, q: Array) -> Array:
-                return solver.mismatches(wanted[part], q) <= 0.1 * tolerance
+                return given.mismatch(wanted[part], q) <= 0.1 * tolerance
 
         runner = _Runner(mechanism, targets, limits=limits, progress=progress, check=surplus)
-        return runner.run(warm, solver.solve, targets, start.q, wanted[:, chosen])
+        return runner.run(near, solver.solve, targets, start.q, wanted[:, chosen])
 
 
 class _Runner:
@@ -150,19 +152,19 @@ class _Runner:
 
     def run(
         self,
-        warm: Warm | None,
-        careful: Callable[[Array, Array], Solution],
+        near: NearNewton | None,
+        general: Callable[[Array, Array], Solution],
         targets: Array,
         start: Array,
         held: Array,
     ) -> Path:
-        """``held`` (N, n) are the values of ``warm.held`` that belong to the targets."""
+        """``held`` (N, n) are the values of ``near.held`` that belong to the targets."""
         mechanism, total = self.mechanism, len(targets)
         finite = np.asarray(sensible(targets).all(axis=1))
         orders = _orders(held)
         last, regular, streak, k = start, start, 0, 0
-        if warm is not None:
-            warm.calibrate(start)
+        if near is not None:
+            near.calibrate(start)
         while k < total:
             if self.progress is not None:
                 self.progress(k, total)
@@ -173,22 +175,22 @@ class _Runner:
                     f"the row holds NaN, infinite values or values beyond ±{LARGEST:.0e}",
                 )
                 streak, k = 0, k + 1
-                if warm is not None:
-                    warm.calibrate(last)
+                if near is not None:
+                    near.calibrate(last)
                 continue
-            if warm is not None:
+            if near is not None:
                 broken = np.flatnonzero(~finite[k : k + _BLOCK])
                 end = k + (int(broken[0]) if len(broken) else min(_BLOCK, total - k))
-                done = self._sweep(warm, held, orders, range(k, end), last, streak)
+                done = self._sweep(near, held, orders, range(k, end), last, streak)
                 if done:
                     k, streak, last = k + done, streak + done, self.q[k + done - 1]
                     regular = last
                     if k == end:
                         continue
-            answer = careful(targets[k], last)
+            answer = general(targets[k], last)
             if answer.status == "singular" and last is not regular:
                 # The last row is itself where branches meet: go on from the one before.
-                answer = careful(targets[k], regular)
+                answer = general(targets[k], regular)
             self.iterations[k] = answer.iterations
             if answer.state is None:
                 self._fail(k, answer.status, answer.message)
@@ -199,8 +201,8 @@ class _Runner:
                 regular = last if answer.message == CONVERGED else regular
                 self.success[k] = True
                 streak += 1
-            if warm is not None:
-                warm.calibrate(last)
+            if near is not None:
+                near.calibrate(last)
             k += 1
         if self.progress is not None:
             self.progress(total, total)
@@ -217,15 +219,21 @@ class _Runner:
         )
 
     def _sweep(
-        self, warm: Warm, held: Array, orders: list[int], rows: range, last: Array, streak: int
+        self,
+        near: NearNewton,
+        held: Array,
+        orders: list[int],
+        rows: range,
+        last: Array,
+        streak: int,
     ) -> int:
-        """Solve rows by warm starts until one is not to be trusted; returns how many are good.
+        """Solve rows from their neighbours until one is not to be trusted; returns how many are.
 
         What need not stop Newton at once is checked for all of them together: signs, limits.
         """
         q, diagonals, pivots = self.q, [], []
         iterations, residuals = [], []
-        coordinates, labelled, newton = warm.held, warm.labelled, warm.newton
+        coordinates, labelled, newton = near.held.held, near.labelled, near.newton
         shown = last[coordinates]
         for k in rows:
             row = q[k]
@@ -240,24 +248,24 @@ class _Runner:
             else:
                 row[:] = last
                 row[coordinates] = held[k]
-                moved = warm.predict(row, held[k] - shown)
+                moved = near.predict(row, held[k] - shown)
             if moved > LONGEST_MOVE or not newton(row, moved):
                 break
-            diagonals.append(warm.diagonal)
-            pivots.append(warm.pivots)
-            iterations.append(warm.iterations)
-            residuals.append(warm.residual)
+            diagonals.append(near.diagonal)
+            pivots.append(near.pivots)
+            iterations.append(near.iterations)
+            residuals.append(near.residual)
             last, shown = row, held[k]
             streak += 1
         if not diagonals:
             return 0
         part = slice(rows.start, rows.start + len(diagonals))
         self.iterations[part], self.residual[part] = iterations, residuals
-        good = warm.agree(q[part], np.array(diagonals), pivots)
+        good = near.agree(q[part], np.array(diagonals), pivots)
         if self.limits:
             low, high = self.mechanism.lower - 1e-9, self.mechanism.upper + 1e-9
             good &= ((q[part] >= low) & (q[part] <= high)).all(axis=1)
-            if limited_loops(self.mechanism):
+            if self.mechanism.cones:
                 good &= within_cones(self.mechanism, q[part])
         if self.check is not None:
             good &= self.check(part, q[part])
@@ -269,7 +277,7 @@ class _Runner:
     def _gap(self, q: Array) -> float:
         """Scaled residual of one row, as the lean solver has it."""
         with self.mechanism.scratch() as system:
-            residual = system.evaluate(q)
+            residual = system.evaluate(q).residual
             return math.sqrt(residual.dot(residual)) / self.mechanism.length
 
     def _fail(self, row: int, status: str, message: str) -> None:

@@ -10,8 +10,12 @@ import numpy as np
 
 from pinmech.errors import InputError, SolveError
 from pinmech.frozen import Sealed, Table, frozen
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState, check_mechanism, verify_closed
+from pinmech.mechanism.mechanism import (
+    ClosedState,
+    Mechanism,
+    check_mechanism,
+    verify_closed,
+)
 from pinmech.numeric import shown, whole
 
 Array = np.ndarray

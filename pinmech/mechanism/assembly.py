@@ -7,22 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 
+from pinmech.description.library import find_description
+from pinmech.description.source import Source, read_file, read_texts
+from pinmech.equations.closed import solved
 from pinmech.equations.cones import open_cones
+from pinmech.equations.limits import limit_breaches
 from pinmech.equations.misalignment import loop_gaps
-from pinmech.equations.solver import limit_breaches
 from pinmech.errors import Fault, InputError
 from pinmech.mechanism.closing import HOME_TOLERANCE, Progress, Search, find_home
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import close
-from pinmech.structure.loading import (
-    Source,
-    characteristic_length,
-    find_description,
-    read_file,
-    read_texts,
-)
+from pinmech.mechanism.mechanism import Mechanism, assembled
+from pinmech.structure.building import build, characteristic_length
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
@@ -49,7 +45,8 @@ def load(
         DescriptionError: the files have faults, or the home cannot be closed; lists all of them.
     """
     seconds = _seconds(assembly_seconds)
-    return assemble(read_file(find_description(name_or_path)), seconds=seconds, progress=progress)
+    source = read_file(find_description(name_or_path))
+    return assemble(source, seconds=seconds, progress=progress)
 
 
 def from_text(
@@ -83,7 +80,7 @@ def _seconds(value: object) -> float:
 def assemble(
     source: Source, *, seconds: float = ASSEMBLY_SECONDS, progress: Progress | None = None
 ) -> Mechanism:
-    """Close the loops, starting from the listed home, and set ``mechanism.home``.
+    """Close the loops, starting from the listed home, and set its home.
 
     Joints that the file lists may move by at most :data:`HOME_TOLERANCE`; output joints that it
     lists stay exactly where they are if the loops can be closed that way. Joints that belong to no
@@ -96,88 +93,86 @@ def assemble(
     Raises:
         DescriptionError: the loops cannot be closed there; names loops and joints.
     """
-    mechanism = source.mechanism
-    listed = np.array([joint in source.home for joint in mechanism.joints])
-    start = np.zeros(mechanism.model.nq)
-    for joint, value in source.home.items():
-        start[mechanism.coordinate(joint)] = value
+    structure, given = build(source), source.description.home
+    listed = np.array([joint in given for joint in structure.joints])
+    start = np.zeros(structure.model.nq)
+    for joint, value in given.items():
+        start[structure.coordinate(joint)] = value
     # A start outside its limits would be reported as if assembly had moved it there.
-    free_start = np.clip(start, mechanism.lower, mechanism.upper)
+    free_start = np.clip(start, structure.lower, structure.upper)
     start = np.where(listed, start, free_start)
 
-    with mechanism.scratch() as system:
-        found = find_home(mechanism, system, start, listed, seconds=seconds, progress=progress)
-    faults = _faults(source, found, seconds)
+    with structure.scratch() as system:
+        found = find_home(structure, system, start, listed, seconds=seconds, progress=progress)
+    faults = _faults(source, structure, found, seconds)
     if faults:
         raise source.error(faults)
-    if source.document.data.get("length") is None:
-        loops = tuple(mechanism.loops.values())
-        length = characteristic_length(mechanism.model, loops, mechanism.platform_frame, found.q)
-        mechanism = replace(mechanism, length=length, _home=[], _pool=[])
-    with mechanism.scratch() as system:
-        system.evaluate(found.q)
-        home, reason = close(mechanism, found.q, system.data)
-    if home is None:
-        raise source.error([Fault(source.document.place(("home",)), reason)])
-    mechanism._home.append(home)
-    return mechanism
+    if source.description.length is None:
+        loops = tuple(structure.loops.values())
+        length = characteristic_length(structure.model, loops, structure.platform_frame, found.q)
+        structure = replace(structure, length=length)
+    with structure.scratch() as system:
+        reason, _ = solved(structure, system.place(found.q))
+    if reason:
+        raise source.error([source.fault(reason, "home")])
+    return assembled(structure, found.q)
 
 
-def _faults(source: Source, found: Search, seconds: float) -> list[Fault]:
+def _faults(source: Source, structure: Structure, found: Search, seconds: float) -> list[Fault]:
     """What is wrong with the home that was found."""
-    mechanism, place, q = source.mechanism, source.document.place, found.q
+    q, listed = found.q, source.description.home
     if not found.closed:
         message = (
             "no closed home was found in time"
             if found.out_of_time
             else "the loops cannot be closed at home"
         )
-        message += f": {_open_loops(mechanism, q)} at the nearest approach found"
+        message += f": {_open_loops(structure, q)} at the nearest approach found"
         if found.turned:
             message += f"; {_turn_round(found.turned)}"
         if found.out_of_time:
             message += f"; {_gave_up(found, seconds)}"
         elif not found.turned:
             message += "; check the frames of the loops and the lengths of the links"
-        return [Fault(place(("home",) if source.home else ("loops",)), message)]
+        return [source.fault(message, "home" if listed else "loops")]
     hint = f"; {_turn_round(found.turned)}" if found.turned else ""
     hint += f"; {_gave_up(found, seconds)}" if found.out_of_time else ""
     faults: list[Fault] = []
-    for joint, value in source.home.items():
-        k = mechanism.coordinate(joint)
+    for joint, value in listed.items():
+        k = structure.coordinate(joint)
         moved = q[k] - value
         if abs(moved) > HOME_TOLERANCE:
             shown, most = (
                 (f"{math.degrees(moved):+.3g} deg", f"{math.degrees(HOME_TOLERANCE):.3g} deg")
-                if mechanism.revolving[k]
+                if structure.revolving[k]
                 else (f"{1e3 * moved:+.3g} mm", f"{1e3 * HOME_TOLERANCE:.3g} mm")
             )
             message = f"assembly has to move joint {joint!r} by {shown} (at most {most} allowed)"
             if not faults:  # once is enough
-                now = ", ".join(f"{j}: {q[mechanism.coordinate(j)]:.4f}" for j in source.home)
+                now = ", ".join(f"{j}: {q[structure.coordinate(j)]:.4f}" for j in listed)
                 message += f"; the nearest closed home found has, in rad and m, {now}{hint}"
-            faults.append(Fault(place(("home", joint)), message))
+            faults.append(source.fault(message, "home", joint))
     if faults:
         return faults
-    beyond = open_cones(mechanism, q)
-    places = [("loops", k, "limit") for k, name in enumerate(mechanism.loops) if name in beyond]
-    breaches = limit_breaches(mechanism, q)
+    beyond = open_cones(structure, q)
+    places = [("loops", k, "limit") for k, name in enumerate(structure.loops) if name in beyond]
+    breaches = limit_breaches(structure, q)
     # Cones come last.
-    wheres = [("home",)] * (len(breaches) - len(places)) + places
+    wheres = [*[("home",)] * (len(breaches) - len(places)), *places]
     return [
-        Fault(place(where), f"the closed home breaks a limit: {breach}{hint}")
+        source.fault(f"the closed home breaks a limit: {breach}{hint}", *where)
         for where, breach in zip(wheres, breaches, strict=True)
     ]
 
 
-def _open_loops(mechanism: Mechanism, q: Array) -> str:
+def _open_loops(structure: Structure, q: Array) -> str:
     """Which loops stay open and by how much, as text."""
-    data = mechanism.model.createData()
-    pin.forwardKinematics(mechanism.model, data, q)
+    with structure.scratch() as system:
+        gaps = loop_gaps(structure, system.place(q))
     texts = []
-    for name, (apart, turned) in loop_gaps(mechanism, data).items():
+    for name, (apart, turned) in gaps.items():
         parts = []
-        if apart > 1e-9 * mechanism.length:
+        if apart > 1e-9 * structure.length:
             parts.append(f"{1e3 * apart:.3g} mm")
         if turned > 1e-9:
             parts.append(f"{math.degrees(turned):.3g} deg")

@@ -14,18 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pinmech.equations.approach import minimise, nearest
+from pinmech.equations.closed import CLOSED, is_closed
+from pinmech.equations.limits import limit_breaches, wrap_towards
 from pinmech.equations.misalignment import Misalignment
-from pinmech.equations.solver import (
-    Problem,
-    limit_breaches,
-    minimise,
-    nearest,
-    newton,
-    wrap_towards,
-)
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import CLOSED, close
+from pinmech.equations.newton import newton
+from pinmech.equations.problem import Problem
 from pinmech.structure.closures import ClosureSystem, relative_placement, sense_fault
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]
@@ -66,7 +62,7 @@ class Search:
 
 
 def find_home(
-    mechanism: Mechanism,
+    structure: Structure,
     system: ClosureSystem,
     start: Array,
     listed: Array,
@@ -82,29 +78,29 @@ def find_home(
         seconds: budget.
         progress: called with (attempts made, attempts at most).
     """
-    return _Finder(mechanism, system, start, listed, seconds, progress).run()
+    return _Finder(structure, system, start, listed, seconds, progress).run()
 
 
 class _Finder:
     def __init__(
         self,
-        mechanism: Mechanism,
+        structure: Structure,
         system: ClosureSystem,
         start: Array,
         listed: Array,
         seconds: float,
         progress: Progress | None,
     ) -> None:
-        self.mechanism, self.system = mechanism, system
+        self.structure, self.system = structure, system
         self.start, self.listed, self.progress = start, listed, progress
         self.began = time.monotonic()
         self.seconds = self.allowed = seconds
         self.rng = np.random.default_rng(0)
-        reach = np.where(mechanism.revolving, np.pi, 2.0 * mechanism.length)
+        reach = np.where(structure.revolving, np.pi, 2.0 * structure.length)
         # Newton, which knows no bounds, still moves a little at the end.
         near = np.where(listed, 0.99 * HOME_TOLERANCE, np.inf)
-        self.low = np.maximum(mechanism.lower, start - near)
-        self.high = np.minimum(mechanism.upper, start + near)
+        self.low = np.maximum(structure.lower, start - near)
+        self.high = np.minimum(structure.upper, start + near)
         # Where starts are drawn from.
         self.start_low = np.maximum(self.low, start - np.where(listed, HOME_TOLERANCE, reach))
         self.start_high = np.minimum(self.high, start + np.where(listed, HOME_TOLERANCE, reach))
@@ -112,8 +108,8 @@ class _Finder:
         self.cost = np.inf
 
     def run(self) -> Search:
-        loose = in_loops(self.mechanism)
-        held = [k for k in self.mechanism.outputs.coordinates if self.listed[k]]
+        loose = in_loops(self.structure)
+        held = [k for k in self.structure.outputs.coordinates if self.listed[k]]
         free = np.setdiff1d(loose, held).astype(int)
         starts = _STARTS + _STARTS_EACH * int((~self.listed[loose]).sum())
         attempts = [(loose, starts, 1.0)]
@@ -132,7 +128,7 @@ class _Finder:
             if not search.closed and len(loose):
                 # Nothing closes: say how near the loops come at best.
                 q = search.q.copy()
-                nearest(Misalignment(self.mechanism, loose), self.system, q, self._check)
+                nearest(Misalignment(self.structure, loose), self.system, q, self._check)
                 self._judge(q, loose)
         except _OutOfTimeError:
             search.out_of_time = True
@@ -145,7 +141,7 @@ class _Finder:
     def _search(self, free: Array, count: int) -> bool:
         """Attempts in the given coordinates; True when one is as it should be."""
         effort = np.where(self.listed[free], 100.0, 1.0)
-        problem = Misalignment(self.mechanism, free)
+        problem = Misalignment(self.structure, free)
         for number, first in enumerate(self._starts(free, count)):
             if time.monotonic() - self.began > self.allowed:
                 if self.allowed >= self.seconds:
@@ -186,12 +182,11 @@ class _Finder:
         def residual(x: Array) -> Array:
             self._check()
             trial[free] = x
-            return problem.residual(system, trial) / length
+            return problem.evaluate(system, trial).residual / length
 
         def matrix(x: Array) -> Array:
             trial[free] = x
-            problem.residual(system, trial)
-            return problem.matrix(system) / length
+            return problem.evaluate(system, trial).matrix() / length
 
         # A joint whose limits meet cannot move; the solver wants room between its bounds.
         low = np.minimum(self.low[free], self.high[free] - 1e-9)
@@ -211,52 +206,52 @@ class _Finder:
 
     def _judge(self, q: Array, free: Array) -> bool:
         """Finish an attempt with Newton and keep it if it is the best; True when it is good."""
-        mechanism, system, search = self.mechanism, self.system, self.search
-        residual = Misalignment(mechanism, free).residual(system, q)
-        size = float(np.linalg.norm(residual)) / mechanism.length
-        state = None
+        structure, system, search = self.structure, self.system, self.search
+        residual = Misalignment(structure, free).evaluate(system, q).residual
+        size = float(np.linalg.norm(residual)) / structure.length
+        closed = False
         if size <= _NEAR:
             closer = q.copy()
-            if newton(Problem(mechanism, free), system, closer).converged:
+            if newton(Problem(structure, free), system, closer).converged:
                 q = closer
-                wrap_towards(mechanism, q, self.start, free)
-                system.evaluate(q)
-                state, _ = close(mechanism, q, system.data)
+                wrap_towards(structure, q, self.start, free)
+                closed = is_closed(structure, system.place(q))
         moved = float(np.abs((q - self.start)[self.listed]).max(initial=0.0))
-        breaches = limit_breaches(mechanism, q, cones=state is not None)
-        cost = moved + 10.0 * len(breaches) if state is not None else 1e3 + size
+        breaches = limit_breaches(structure, q, cones=closed)
+        cost = moved + 10.0 * len(breaches) if closed else 1e3 + size
         if cost < self.cost:
-            search.q, self.cost, search.closed = q, cost, state is not None
-        return state is not None and moved <= HOME_TOLERANCE and not breaches
+            search.q, self.cost, search.closed = q, cost, closed
+        return closed and moved <= HOME_TOLERANCE and not breaches
 
     def _turned(self, free: Array) -> str:
         """Which loop closes within the tolerances only with an axis the wrong way round.
 
         The rows of the anchors do not tell an axis from its opposite, so they close there.
         """
-        mechanism, system = self.mechanism, self.system
-        problem = Problem(mechanism, free)
+        structure, system = self.structure, self.system
+        problem = Problem(structure, free)
         for first in self._starts(free, _STARTS_TURNED):
             q = first.copy()
             self._boxed(problem, q)
-            if not newton(problem, system, q).residual <= 10.0 * CLOSED:
+            run = newton(problem, system, q)
+            if not run.residual <= 10.0 * CLOSED:
                 continue
-            wrap_towards(mechanism, q, self.start, free)
+            wrap_towards(structure, q, self.start, free)
             if np.abs((q - self.start)[self.listed]).max(initial=0.0) > HOME_TOLERANCE:
                 continue
-            for loop in mechanism.loops.values():
-                fault = sense_fault(loop, relative_placement(loop, system.data))
+            for loop in structure.loops.values():
+                fault = sense_fault(loop, relative_placement(loop, run.at.data))
                 if fault is not None:
                     return fault
         return ""
 
 
-def in_loops(mechanism: Mechanism) -> Array:
+def in_loops(structure: Structure) -> Array:
     """Coordinates of the joints between the two frames of some loop, in the order of q; no other
     joint can open or close anything."""
-    supports = [set(support.tolist()) for support in mechanism.model.supports]
+    supports = [set(support.tolist()) for support in structure.model.supports]
     members: set[int] = set()
-    for loop in mechanism.loops.values():
+    for loop in structure.loops.values():
         first, second = loop.frames
         members |= supports[first.joint] ^ supports[second.joint]
-    return np.array(sorted(mechanism.model.joints[body].idx_v for body in members), dtype=int)
+    return np.array(sorted(structure.model.joints[body].idx_v for body in members), dtype=int)

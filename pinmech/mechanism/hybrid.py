@@ -10,13 +10,16 @@ import numpy as np
 import pinocchio as pin
 from lxml import etree
 
+from pinmech.description.library import data_folder, is_file, is_folder, mechanisms
 from pinmech.description.schema import Description
 from pinmech.description.urdf import MOVING, Urdf, read_urdf
 from pinmech.description.yamlfile import read_text
 from pinmech.errors import DescriptionError, Fault, InputError, UnknownNameError
-from pinmech.mechanism.mechanism import Mechanism
 from pinmech.numeric import names_of, number, shown
-from pinmech.structure.loading import build_mechanism, data_folder, is_file, is_folder, mechanisms
+from pinmech.structure.building import build_structure
+from pinmech.structure.structure import Structure
+
+Array = np.ndarray
 
 
 def arms() -> dict[str, Path]:
@@ -40,15 +43,19 @@ def example_robots() -> dict[str, Path]:
 
 
 def mount_arm(
-    mechanism: Mechanism,
+    structure: Structure,
+    at_home: Mapping[str, float],
     arm: str | Path,
     *,
     placement: pin.SE3 | None,
     prefix: str,
     joints: Sequence[str] | None,
     home: Mapping[str, float] | None,
-) -> Mechanism:
-    """See :meth:`Mechanism.with_arm`."""
+) -> tuple[Structure, Array]:
+    """A structure with an arm on its platform, and its home (nq,): see ``Mechanism.with_arm``.
+
+    ``at_home`` are the joint values of the structure at home [rad or m].
+    """
     if placement is not None:
         if not isinstance(placement, pin.SE3):
             raise InputError(f"placement must be a pinocchio.SE3, is {shown(placement)}")
@@ -60,10 +67,10 @@ def mount_arm(
         raise InputError(
             f"home must map joints of the arm to values, like {{'elbow': 0.5}}, is {shown(home)}"
         )
-    if mechanism.outputs.kind != "joints":
+    if structure.outputs.kind != "joints":
         raise InputError(
-            f"an arm needs a mechanism whose outputs are joints; those of {mechanism.name} are of "
-            f"kind {mechanism.outputs.kind}"
+            f"an arm needs a mechanism whose outputs are joints; those of {structure.name} are of "
+            f"kind {structure.outputs.kind}"
         )
     path = _find(arm)
     text = read_text(path, DescriptionError) if path else str(arm)
@@ -83,7 +90,7 @@ def mount_arm(
     if not chosen:
         raise InputError(f"arm {label} has no moving joint")
     _prefix(tree, prefix)
-    merged = _merge(mechanism, tree, plain, prefix, placement or pin.SE3.Identity())
+    merged = _merge(structure, tree, plain, prefix, placement or pin.SE3.Identity())
     # Mesh paths were resolved above.
     urdf, faults = read_urdf(_text(merged), label, None, meshes=False)
     if urdf is None or faults:
@@ -95,13 +102,13 @@ def mount_arm(
         reason = " ".join(str(cause).split())
         raise DescriptionError(label, [Fault(label, f"Pinocchio refuses it: {reason}")]) from None
     start = _arm_home(urdf, names, {f"{prefix}{k}": v for k, v in (home or {}).items()})
-    description = _description(mechanism, names, start, label)
-    extended = build_mechanism(description, urdf, model, None, mechanism.urdf_folder)
+    values = {**at_home, **start}
+    description = _description(structure, names, values, label)
+    extended = build_structure(description, urdf, model, None, structure.urdf_folder)
     q = np.zeros(model.nq)
-    for name, value in {**mechanism.home.joints, **start}.items():
+    for name, value in values.items():
         q[extended.coordinate(name)] = value
-    extended._home.append(mechanism.home.moved_to(extended, q))
-    return extended
+    return extended, q
 
 
 def _find(arm: str | Path) -> Path | None:
@@ -189,13 +196,13 @@ def _prefix(tree: etree._Element, prefix: str) -> None:
 
 
 def _merge(
-    mechanism: Mechanism,
+    structure: Structure,
     tree: etree._Element,
     plain: Urdf,
     prefix: str,
     placement: pin.SE3,
 ) -> etree._Element:
-    root = etree.fromstring(mechanism.urdf.encode("utf-8"))
+    root = etree.fromstring(structure.urdf.encode("utf-8"))
     taken = {e.get("name") for tag in ("link", "joint") for e in root.findall(tag)}
     children = {joint.child for joint in plain.joints.values()}
     base = next(link for link in plain.links if link not in children)
@@ -207,7 +214,7 @@ def _merge(
         xyz=" ".join(f"{x:.12g}" for x in placement.translation),
         rpy=" ".join(f"{x:.12g}" for x in roll),
     )
-    etree.SubElement(mount, "parent", link=mechanism.platform)
+    etree.SubElement(mount, "parent", link=structure.platform)
     etree.SubElement(mount, "child", link=prefix + base)
     paints = {element.get("name") for element in root.findall("material")}
     renamed = {name: f"{name}_of_arm" for name in paints}  # urdfdom wants them unique
@@ -243,15 +250,15 @@ def _arm_home(urdf: Urdf, names: Sequence[str], given: Mapping[str, float]) -> d
 
 
 def _description(
-    mechanism: Mechanism, names: Sequence[str], home: Mapping[str, float], label: str
+    structure: Structure, names: Sequence[str], home: Mapping[str, float], label: str
 ) -> Description:
-    data = mechanism.description.model_dump(by_alias=True)
-    data["name"] = f"{mechanism.name}+{Path(label).stem}"
-    data["title"] = f"{mechanism.title}, with the arm {Path(label).stem} on its platform"
+    data = structure.description.model_dump(by_alias=True)
+    data["name"] = f"{structure.name}+{Path(label).stem}"
+    data["title"] = f"{structure.title}, with the arm {Path(label).stem} on its platform"
     data["actuators"] += [{"name": name, "joint": name} for name in names]
     data["outputs"]["names"] += list(names)
-    drives = {drive: list(members) for drive, members in mechanism.drives.items()}
+    drives = {drive: list(members) for drive, members in structure.drives.items()}
     data["drives"] = {drive: [*members, *names] for drive, members in drives.items()}
-    data["home"] = {**mechanism.home.joints, **home}
-    data["length"] = mechanism.length
+    data["home"] = dict(home)
+    data["length"] = structure.length
     return Description.model_validate(data)

@@ -1,135 +1,199 @@
-"""The frozen Mechanism: an open-tree Pinocchio model plus its closures, inputs and outputs."""
+"""What is assembled: a mechanism with its closed home, and its closed states.
+
+A Mechanism is a structure with a home in which all loops are closed; a ClosedState is a
+configuration of a mechanism in which they are. Each refers to the other, so both stand here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from pinmech.description.schema import Description
+from pinmech.equations.closed import LOOSEST, VERIFIED, opening
+from pinmech.equations.cones import cone_angles
+from pinmech.equations.facts import Facts
+from pinmech.equations.linear import Linear
+from pinmech.equations.outputs import output_values
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.frozen import Table, frozen
-from pinmech.numeric import flag, numbers, shown, shown_name
-from pinmech.structure import closures
-from pinmech.structure.closures import ClosureSystem, Frame, Loop
-from pinmech.structure.limbs import Limb
-from pinmech.structure.same_geometry import geometry_of, tree_of
-
-if TYPE_CHECKING:
-    from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.hybrid import mount_arm
+from pinmech.mechanism.travel import Luggage, model_of, pack, unpack
+from pinmech.numeric import flag, numbers, positive, shown, shown_name
+from pinmech.structure.closures import gap, relative_placement
+from pinmech.structure.identity import tree_of
+from pinmech.structure.structure import Structure, same_geometry
 
 Array = np.ndarray
 
-
-@dataclass(frozen=True)
-class Actuator:
-    """An actuator: value = scale · joint value + offset [rad or m].
-
-    Attributes:
-        name: its name.
-        joint: the joint it drives.
-        coordinate: index of that joint in q and v.
-        scale, offset: the map from joint value to actuator value.
-        prismatic: True when the joint slides (values in m, efforts in N), else rad and N·m.
-        effort, velocity: limits from the URDF [N·m or N, rad/s or m/s], at the joint; inf if none.
-    """
-
-    name: str
-    joint: str
-    coordinate: int
-    scale: float
-    offset: float
-    prismatic: bool
-    effort: float
-    velocity: float
+_PASS = object()
 
 
-@dataclass(frozen=True)
-class Outputs(Sequence[str]):
-    """The outputs in their order: a sequence of names that knows what they are.
+class ClosedState:
+    """A configuration in which every loop is closed. Read-only; a copy is the state itself.
+
+    It pickles as its mechanism and q, and is verified where it arrives.
 
     Attributes:
-        kind: ``joints``, ``orientation``, ``translation`` or ``pose``.
-        names: the output names.
-        coordinates: for kind ``joints``, their indices in q and v; else empty.
-        angular: for each output, True when it is an angle [rad], False when a length [m].
+        mechanism: the mechanism.
+        q: (nq,) joint values [rad or m], in the order of ``mechanism.joints``.
+        residual: largest loop gap over the characteristic length (dimensionless), recomputed
+            from the raw poses of the closure frames.
     """
 
-    kind: str
-    names: tuple[str, ...]
-    coordinates: tuple[int, ...]
-    angular: tuple[bool, ...]
+    mechanism: Mechanism
+    q: Array
+    residual: float
 
-    def __len__(self) -> int:
-        return len(self.names)
+    def __init__(self, mechanism: Mechanism, q: Array, residual: float, *, _key: Any = None):
+        if _key is not _PASS:
+            raise InputError(
+                "a ClosedState comes from inverse, forward or verify_closed, which prove that the "
+                "loops are closed"
+            )
+        own = self.__dict__
+        own["mechanism"], own["q"], own["residual"] = mechanism, frozen(q, float), residual
 
-    def __getitem__(self, index):  # type: ignore[no-untyped-def]
-        return self.names[index]
+    def __copy__(self) -> ClosedState:
+        return self
+
+    def __deepcopy__(self, memo: object) -> ClosedState:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _arrived, (self.mechanism, self.q.tobytes(), self.residual)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError("a ClosedState is read-only")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError("a ClosedState is read-only")
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        data = self.mechanism.model.createData()
+        pin.forwardKinematics(self.mechanism.model, data, self.q)
+        return data
+
+    @cached_property
+    def joints(self) -> Mapping[str, float]:
+        """Joint name -> value [rad or m]."""
+        names = self.mechanism.joints
+        return Table({name: float(x) for name, x in zip(names, self.q, strict=True)})
+
+    @cached_property
+    def actuators(self) -> Mapping[str, float]:
+        """Actuator name -> value [rad or m]."""
+        values = self.mechanism.actuator_values(self.q)
+        pairs = zip(self.mechanism.actuators, values, strict=True)
+        return Table({name: float(x) for name, x in pairs})
+
+    @cached_property
+    def outputs(self) -> Mapping[str, float]:
+        """Output name -> value [rad or m]; orientations as canonical coordinates, base axes."""
+        values = output_values(self.mechanism, self.q, self.platform)
+        pairs = zip(self.mechanism.outputs, values, strict=True)
+        return Table({name: float(x) for name, x in pairs})
+
+    @property
+    def platform(self) -> pin.SE3:
+        """Pose of the platform frame in base axes [m]."""
+        return self.frame(self.mechanism.platform)
+
+    def frame(self, name: str) -> pin.SE3:
+        """Pose of a link of the URDF in base axes [m].
+
+        Raises:
+            UnknownNameError: there is no such link.
+        """
+        frame = self.mechanism.frames.get(name) if isinstance(name, str) else None
+        if frame is None:
+            raise UnknownNameError("link", shown_name(name), self.mechanism.frames)
+        return self._data.oMi[frame.joint] * frame.placement
+
+    @cached_property
+    def gaps(self) -> Mapping[str, float]:
+        """Loop name -> gap [m] from the raw poses; angles count as angle times length."""
+        mech = self.mechanism
+        return Table(
+            {
+                name: gap(loop, relative_placement(loop, self._data), mech.length)
+                for name, loop in mech.loops.items()
+            }
+        )
+
+    @cached_property
+    def cones(self) -> Mapping[str, float]:
+        """Loop name -> angle [rad] of each ball joint (between housing and stud) and universal
+        joint (between its shafts) that the description limits."""
+        return Table(cone_angles(self.mechanism, self._data))
+
+    @cached_property
+    def linear(self) -> Linear:
+        """Closures and outputs to first order, factorised: what rates, singularities and dynamics
+        are made of."""
+        with self.mechanism.scratch() as system:
+            return Linear(self.mechanism.facts, system.evaluate(self.q))
+
+    @cached_property
+    def mode(self) -> Mapping[str, int | None]:
+        """Working mode: limb name -> +1 or -1, which of its branches the limb is on relative to
+        home; a property of where its links are, however passive joints are counted or flipped.
+
+        None where the limb has no label, or has left the branches of home for another kind (a
+        parallelogram that has crossed over). See :mod:`pinmech.equations.labels`.
+        """
+        mech = self.mechanism
+        with mech.scratch() as system:
+            return Table(mech.facts.labels.mode(system.evaluate(self.q)))
+
+    def moved_to(self, mechanism: Mechanism, q: Array | None = None) -> ClosedState:
+        """The same configuration of a mechanism with the same loops (other masses, or an arm on
+        the platform).
+
+        Args:
+            mechanism: the other mechanism.
+            q: (nq,) the configuration in its joints; default the same values in the same order,
+                for a mechanism of the same geometry.
+
+        Raises:
+            InputError: the loops are not closed by q there, or q is left out and the geometry is
+                another one.
+        """
+        check_mechanism(mechanism)
+        if q is None and not same_geometry(self.mechanism, mechanism):
+            raise InputError(
+                f"{mechanism.name} has another geometry than the {self.mechanism.name} of this "
+                "state; give q, or solve for its outputs there"
+            )
+        return verify_closed(mechanism, self.q if q is None else q)
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value:.6g}" for name, value in self.outputs.items())
+        return f"ClosedState({self.mechanism.name}: {values}; residual {self.residual:.1e})"
 
 
 @dataclass(frozen=True, eq=False)
-class Mechanism:
+class Mechanism(Structure):
     """A closed-loop mechanism; it never changes. Made by ``pm.load`` or ``pm.designs``.
 
     It pickles, as its texts and its home, and is built and verified anew where it arrives
-    (:mod:`pinmech.mechanism.travel`). A copy is the mechanism itself.
+    (:mod:`pinmech.mechanism.travel`). A copy is the mechanism itself. Attributes as of
+    :class:`~pinmech.structure.structure.Structure`, and:
 
     Attributes:
-        description: what the description file says.
-        name, title, source: from the description file.
-        model: Pinocchio model of the open tree (nq = nv, one coordinate per moving joint).
-            Treat it as read-only.
-        platform: link whose frame is the output frame.
-        platform_frame: that frame's body and placement.
-        loops: loop closures by name.
-        limbs: limbs by name (:class:`Limb`).
-        actuators: actuators by name.
-        outputs: the outputs (:class:`Outputs`).
-        drives: drive name -> names of its actuators.
-        length: characteristic length [m] that makes lengths dimensionless.
-        lower, upper: (nq,) joint limits [rad or m], -inf and inf where there is none.
-        revolving: (nq,) True for revolute joints, whose values are angles.
-        frames: every link of the URDF as a frame.
-        path: the description file, None for one given as text.
-        urdf: the URDF's text as Pinocchio reads it.
-        urdf_folder: folder that mesh paths are relative to, None when there is none.
+        home: the home configuration, closed.
+        facts: what follows from structure and home: mobility, working modes and the like.
     """
 
-    description: Description
-    name: str
-    title: str
-    source: str
-    model: pin.Model
-    platform: str
-    loops: Mapping[str, Loop]
-    limbs: Mapping[str, Limb]
-    actuators: Mapping[str, Actuator]
-    outputs: Outputs
-    drives: Mapping[str, tuple[str, ...]]
-    length: float
-    lower: Array
-    upper: Array
-    revolving: Array
-    frames: Mapping[str, Frame]
-    urdf: str
-    path: Path | None = None
-    urdf_folder: Path | None = None
-    # The home state refers to the mechanism and the mechanism to it, so assembly sets it once.
-    _home: list[ClosedState] = field(default_factory=list, repr=False)
-    _pool: list[ClosureSystem] = field(default_factory=list, repr=False)
-
-    def __post_init__(self) -> None:
-        for name in ("loops", "limbs", "actuators", "drives", "frames"):
-            object.__setattr__(self, name, Table(getattr(self, name)))
-        for name in ("lower", "upper", "revolving"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+    home: ClosedState = field(init=False, repr=False)
+    facts: Facts = field(init=False, repr=False)
 
     def __copy__(self) -> Mechanism:
         return self
@@ -138,131 +202,12 @@ class Mechanism:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        from pinmech.mechanism.travel import pack, unpack
-
-        # Home refers to the mechanism, so it follows once that exists.
-        return unpack, tuple(pack(self)), {"home": self._home[0] if self._home else None}
-
-    def __setstate__(self, state: Mapping[str, ClosedState | None]) -> None:
-        home = state["home"]
-        if home is not None and not self._home:
-            self._home.append(home)
+        return _rebuilt, tuple(pack(self, self._urdf_model, self.home.q, self.home.residual))
 
     @cached_property
-    def _geometry(self) -> bytes:
-        return geometry_of(self)
-
-    @property
-    def home(self) -> ClosedState:
-        """The home configuration, closed."""
-        if not self._home:
-            raise InputError(f"mechanism {self.name} is not assembled yet")
-        return self._home[0]
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Names of the moving joints, in the order of q and v."""
-        return tuple(self.model.names)[1:]
-
-    @property
-    def platform_frame(self) -> Frame:
-        """Body and placement of the platform frame."""
-        return self.frames[self.platform]
-
-    def coordinate(self, joint: str) -> int:
-        """Index of a joint in q and v.
-
-        Raises:
-            UnknownNameError: there is no such moving joint.
-        """
-        if not isinstance(joint, str) or joint not in self.joints:
-            raise UnknownNameError("joint", shown_name(joint), self.joints)
-        return self.joints.index(joint)
-
-    def drive(self, name: str | None) -> tuple[str, ...]:
-        """Actuator names of a drive; None means the largest one.
-
-        Raises:
-            UnknownNameError: there is no such drive.
-        """
-        if name is None:
-            return max(self.drives.values(), key=len)
-        if not isinstance(name, str) or name not in self.drives:
-            raise UnknownNameError("drive", shown_name(name), self.drives)
-        return self.drives[name]
-
-    def drive_coordinates(self, name: str | None) -> Array:
-        """Indices in q and v of the joints of a drive (n_drive,)."""
-        return np.array([self.actuators[a].coordinate for a in self.drive(name)])
-
-    @property
-    def actuator_coordinates(self) -> Array:
-        """Indices in q and v of all actuators' joints (n_act,)."""
-        return np.array([a.coordinate for a in self.actuators.values()])
-
-    @property
-    def scales(self) -> Array:
-        """Actuator value per joint value (n_act,) [rad or m per rad or m]."""
-        return np.array([a.scale for a in self.actuators.values()])
-
-    @property
-    def offsets(self) -> Array:
-        """Actuator value at joint value 0 (n_act,) [rad or m]."""
-        return np.array([a.offset for a in self.actuators.values()])
-
-    def actuator_values(self, q: Array) -> Array:
-        """Actuator values (..., n_act) [rad or m] at q (..., nq).
-
-        Raises:
-            InputError: not numbers, or of another shape.
-        """
-        q = self._joint_rows(q, "q", self.model.nq)
-        return q[..., self.actuator_coordinates] * self.scales + self.offsets
-
-    def actuator_rates(self, v: Array) -> Array:
-        """Actuator rates (..., n_act) [rad/s or m/s] of joint velocities v (..., nv).
-
-        Raises:
-            InputError: not numbers, or of another shape.
-        """
-        v = self._joint_rows(v, "v", self.model.nv)
-        return v[..., self.actuator_coordinates] * self.scales
-
-    def _joint_rows(self, values: Array, what: str, count: int) -> Array:
-        if type(values) is not np.ndarray or values.dtype != float:
-            values = numbers(values, f"{what} value")
-        if values.shape[-1:] != (count,):
-            raise InputError(
-                f"{what} must have shape (..., {count}), one column a joint, has {values.shape}"
-            )
-        return values
-
-    def constraint_models(self) -> pin.StdVec_ConstraintModel:
-        """The closures as Pinocchio constraint models, for people who work with Pinocchio.
-
-        One ``PointAnchorConstraintModel`` (three rows) per anchor; of closures that are not
-        spherical some rows do not belong to the closure: see :meth:`constraint_rows`.
-        """
-        return closures.point_anchors(self.model, tuple(self.loops.values()), self.length)
-
-    def constraint_rows(self) -> list[tuple[int, ...]]:
-        """For each model of :meth:`constraint_models`, which of its three rows count."""
-        return closures.anchor_rows(tuple(self.loops.values()))
-
-    @contextmanager
-    def scratch(self) -> Iterator[ClosureSystem]:
-        """Scratch memory for one computation, from a pool, so that calls may nest or interleave.
-
-        What it holds is overwritten by every use: it never carries an answer over.
-        """
-        try:
-            system = self._pool.pop()
-        except IndexError:
-            system = ClosureSystem(self.model, tuple(self.loops.values()), self.length)
-        try:
-            yield system
-        finally:
-            self._pool.append(system)
+    def _urdf_model(self) -> pin.Model:
+        """The model as the URDF gives it, to see whether this one has other masses or friction."""
+        return model_of(self)
 
     def with_friction(
         self, friction: Mapping[str, tuple[float, float]], *, only: bool = False
@@ -332,9 +277,16 @@ class Mechanism:
             UnknownNameError: no such arm or joint.
             DescriptionError: the arm's URDF has faults.
         """
-        from pinmech.mechanism.hybrid import mount_arm
-
-        return mount_arm(self, arm, placement=placement, prefix=prefix, joints=joints, home=home)
+        structure, q = mount_arm(
+            self,
+            self.home.joints,
+            arm,
+            placement=placement,
+            prefix=prefix,
+            joints=joints,
+            home=home,
+        )
+        return assembled(structure, q)
 
     def with_model(self, model: pin.Model) -> Mechanism:
         """The same mechanism on a model with the same geometry but other inertias or friction.
@@ -349,13 +301,117 @@ class Mechanism:
                 "the model has other joints, placements or axes than the mechanism; only masses "
                 "and friction may differ: start from mech.model.copy()"
             )
-        other = replace(self, model=model, _home=[], _pool=[])
-        if self._home:
-            other._home.append(self.home.moved_to(other))
-        return other
+        tolerance = arrival_tolerance(self.home.residual)
+        return assembled(self, self.home.q, model=model, tolerance=tolerance)
 
     def __repr__(self) -> str:
         return (
             f"Mechanism({self.name!r}, {self.model.nv} joints, {len(self.loops)} loops, "
             f"outputs {', '.join(self.outputs)}, actuators {', '.join(self.actuators)})"
         )
+
+
+def assembled(
+    structure: Structure,
+    q: Array,
+    *,
+    model: pin.Model | None = None,
+    tolerance: float = VERIFIED,
+) -> Mechanism:
+    """The mechanism of a structure whose loops are closed at q (nq,).
+
+    Args:
+        structure: the structure.
+        q: joint values at home [rad or m].
+        model: instead of the structure's: the same tree with other masses or friction.
+        tolerance: largest gap over the characteristic length that passes.
+
+    Raises:
+        InputError: a loop is open at q.
+    """
+    given = {part.name: getattr(structure, part.name) for part in fields(Structure) if part.init}
+    mechanism = Mechanism(**{**given, "model": model or structure.model})
+    home = _verified(mechanism, q, tolerance)
+    object.__setattr__(mechanism, "home", home)
+    object.__setattr__(mechanism, "facts", Facts(structure=mechanism, home=home.q))
+    return mechanism
+
+
+# A pool sends the mechanism with every task; what was learnt about it (mobility, signs at home)
+# belongs to the object, so that tasks which follow each other had better share one.
+@lru_cache(maxsize=8)
+def _rebuilt(*luggage: object) -> Mechanism:
+    structure, home, residual = unpack(Luggage(*luggage))  # type: ignore[arg-type]
+    return assembled(structure, home, tolerance=arrival_tolerance(residual))
+
+
+def arrival_tolerance(residual: float) -> float:
+    """What passes on arrival: as closed as it left, give or take another processor's rounding."""
+    return max(VERIFIED, min(1.01 * residual, 1.01 * LOOSEST))
+
+
+def closed_state(mechanism: Mechanism, q: Array, residual: float) -> ClosedState:
+    """A state from a solver's q that :func:`pinmech.equations.closed.solved` has proved closed."""
+    return ClosedState(mechanism, q, residual, _key=_PASS)
+
+
+def check_mechanism(mechanism: Mechanism) -> Mechanism:
+    """The mechanism itself.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(
+            "needs a Mechanism, from pm.load or pm.designs as in pm.load('antenna_3rsu'); "
+            f"got {shown(mechanism)}"
+        )
+    return mechanism
+
+
+def verify_closed(
+    mechanism: Mechanism,
+    q: Sequence[float] | Array,
+    *,
+    tolerance: float = VERIFIED,
+) -> ClosedState:
+    """A ClosedState from joint values that are claimed to close all loops.
+
+    Args:
+        mechanism: the mechanism.
+        q: (nq,) joint values [rad or m].
+        tolerance: largest gap over the characteristic length that passes (dimensionless); at most
+            1e-6, enough for joint values in single precision.
+
+    Raises:
+        InputError: wrong shape, not finite, a loop is open, an axis points the wrong way, or a
+            tolerance that is not a positive number of at most 1e-6.
+    """
+    check_mechanism(mechanism)
+    values = numbers(q, "q value")
+    if values.shape != (mechanism.model.nq,):
+        raise InputError(
+            f"q must have shape ({mechanism.model.nq},), one value a joint, has {values.shape}"
+        )
+    if not np.isfinite(values).all():
+        raise InputError("q must be finite")
+    return _verified(mechanism, values, positive(tolerance, "tolerance", most=LOOSEST))
+
+
+def _verified(mechanism: Mechanism, q: Array, tolerance: float) -> ClosedState:
+    data = mechanism.model.createData()
+    pin.forwardKinematics(mechanism.model, data, q)
+    wrong, residual = opening(mechanism, data, tolerance)
+    if wrong:
+        raise InputError(wrong)
+    return ClosedState(mechanism, q, residual, _key=_PASS)
+
+
+def _arrived(mechanism: Mechanism, q: bytes, residual: float) -> ClosedState:
+    """A state out of a pickle: as closed as it left, give or take another processor's rounding."""
+    if mechanism.home.q.tobytes() == q:
+        return mechanism.home
+    values = np.frombuffer(q)
+    if values.shape != (mechanism.model.nq,) or not np.isfinite(values).all():
+        raise InputError("the joint values of a state did not arrive whole")
+    return _verified(mechanism, values, arrival_tolerance(residual))

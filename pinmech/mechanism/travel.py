@@ -9,19 +9,21 @@ from __future__ import annotations
 
 import json
 import pickle
-import weakref
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pinocchio as pin
 
 from pinmech.description.schema import Description
 from pinmech.description.urdf import read_urdf
 from pinmech.errors import InputError
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.structure.loading import build_mechanism
+from pinmech.structure.building import build_structure
+from pinmech.structure.identity import tree_of
+from pinmech.structure.structure import Structure
+
+Array = np.ndarray
 
 
 class Luggage(NamedTuple):
@@ -33,7 +35,8 @@ class Luggage(NamedTuple):
         length: characteristic length [m].
         path, urdf_folder: as of the mechanism, as text.
         model: pickle of the Pinocchio model, None when the URDF gives the same one.
-        home: bytes of the home q, which tell apart mechanisms with several homes.
+        home: bytes of the home q.
+        residual: largest gap there over the characteristic length.
     """
 
     description: str
@@ -43,60 +46,67 @@ class Luggage(NamedTuple):
     urdf_folder: str | None
     model: bytes | None
     home: bytes
+    residual: float
 
 
-#: Packed once, though a pool sends it with every task; with the model as it was then.
-_packed: weakref.WeakKeyDictionary[Mechanism, tuple[pin.Model, Luggage]]
-_packed = weakref.WeakKeyDictionary()
+def pack(structure: Structure, urdf_model: pin.Model, home: Array, residual: float) -> Luggage:
+    """What a mechanism is rebuilt from elsewhere.
 
-
-def pack(mechanism: Mechanism) -> Luggage:
-    """What the mechanism is rebuilt from elsewhere."""
-    kept = _packed.get(mechanism)
-    if kept is None or kept[0] != mechanism.model:
-        kept = _packed[mechanism] = (mechanism.model.copy(), _pack(mechanism))
-    return kept[1]
-
-
-def _pack(mechanism: Mechanism) -> Luggage:
-    plain = _model(mechanism.urdf)
-    plain.lowerPositionLimit = mechanism.model.lowerPositionLimit
-    plain.upperPositionLimit = mechanism.model.upperPositionLimit
+    Args:
+        structure: its structure.
+        urdf_model: of :func:`model_of`.
+        home: (nq,) its home.
+        residual: largest gap there over the characteristic length.
+    """
+    plain = urdf_model == structure.model
     return Luggage(
-        description=json.dumps(mechanism.description.model_dump(by_alias=True, mode="json")),
-        urdf=mechanism.urdf,
-        length=mechanism.length,
-        path=str(mechanism.path) if mechanism.path else None,
-        urdf_folder=str(mechanism.urdf_folder) if mechanism.urdf_folder else None,
-        model=None if plain == mechanism.model else pickle.dumps(mechanism.model),
-        home=mechanism.home.q.tobytes() if mechanism._home else b"",
+        description=json.dumps(structure.description.model_dump(by_alias=True, mode="json")),
+        urdf=structure.urdf,
+        length=structure.length,
+        path=str(structure.path) if structure.path else None,
+        urdf_folder=str(structure.urdf_folder) if structure.urdf_folder else None,
+        model=None if plain else pickle.dumps(structure.model),
+        home=home.tobytes(),
+        residual=residual,
     )
 
 
-# A pool sends the mechanism with every task; what was learnt about it (mobility, signs at home)
-# belongs to the object, so that tasks which follow each other had better share one.
-@lru_cache(maxsize=8)
-def unpack(*luggage: object) -> Mechanism:
-    """The mechanism, without its home, which follows as a closed state that is verified.
+def unpack(parts: Luggage) -> tuple[Structure, Array, float]:
+    """Structure, home and its residual, still to be verified.
 
     Raises:
         InputError: what arrived does not fit together.
     """
-    parts = Luggage(*luggage)  # type: ignore[arg-type]
     urdf, faults = read_urdf(parts.urdf, "urdf", None, meshes=False)
     if urdf is None or faults:
         raise InputError(f"the URDF did not arrive whole: {'; '.join(map(str, faults))}")
     description = Description.model_validate(json.loads(parts.description))
-    built = build_mechanism(
+    built = build_structure(
         description,
         urdf,
         _model(urdf.text),
         Path(parts.path) if parts.path else None,
         Path(parts.urdf_folder) if parts.urdf_folder else None,
     )
+    model = built.model if parts.model is None else pickle.loads(parts.model)
+    if tree_of(model) != tree_of(built.model):
+        raise InputError(
+            "the model that arrived has other joints, placements or axes than its URDF"
+        )
     # As it was, to the byte, or a second journey would carry another mechanism.
-    built = replace(built, length=parts.length, urdf=parts.urdf, _home=[], _pool=[])
-    return built if parts.model is None else built.with_model(pickle.loads(parts.model))
+    built = replace(built, length=parts.length, urdf=parts.urdf, model=model)
+    home = np.frombuffer(parts.home)
+    if home.shape != (model.nq,) or not np.isfinite(home).all():
+        raise InputError("the home of a mechanism did not arrive whole")
+    return built, home, parts.residual
+
+
+def model_of(structure: Structure) -> pin.Model:
+    """The model that the URDF gives, with the structure's limits."""
+    model = _model(structure.urdf)
+    model.lowerPositionLimit = structure.model.lowerPositionLimit
+    model.upperPositionLimit = structure.model.upperPositionLimit
+    return model
 
 
 def _model(urdf: str) -> pin.Model:

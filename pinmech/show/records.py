@@ -13,10 +13,8 @@ import pinocchio as pin
 from pinmech.analysis.mobility import Mobility
 from pinmech.analysis.screws import LimbScrews
 from pinmech.analysis.singularity import Singularity
-from pinmech.equations.motions import input_mobility
 from pinmech.kinematics.solution import Solution
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.show import quantities
 
 
@@ -54,7 +52,7 @@ def info_record(mechanism: Mechanism) -> dict[str, Any]:
             "title": mechanism.title,
             "source": mechanism.source,
             "file": None if mechanism.path is None else str(mechanism.path),
-            "degrees_of_freedom": input_mobility(mechanism),
+            "degrees_of_freedom": mechanism.facts.freedoms,
             "length": mechanism.length,
             "moving_mass": pin.computeTotalMass(mechanism.model),
             "platform": mechanism.platform,

@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -151,19 +150,17 @@ _jacobians, _concatenate = pin.computeJointJacobians, np.concatenate
 
 
 class ClosureSystem:
-    """Residual, Jacobian and drift of all loops, with the scratch memory they need.
+    """Scratch memory in which the equations of all loops are evaluated.
 
-    One object serves one computation at a time (see :meth:`Mechanism.scratch`). What the methods
-    return is valid until the next call.
+    One object serves one computation at a time (see :meth:`Structure.scratch`).
 
     Attributes:
-        model, data: Pinocchio's; ``data`` holds the kinematics of the last :meth:`evaluate`.
-        residual: (rows,) [m] of the last evaluate.
+        model: Pinocchio's.
         rows: number of closure rows.
     """
 
     def __init__(self, model: pin.Model, loops: Sequence[Loop], length: float) -> None:
-        self.model, self.data, self.length = model, model.createData(), length
+        self.model, self._data = model, model.createData()
         self.rows = sum(ROWS[loop.type] for loop in loops)
         self._models = point_anchors(model, loops, length)
         self._datas = pin.StdVec_ConstraintData()
@@ -175,9 +172,9 @@ class ClosureSystem:
             for constraint, data in zip(self._models, self._datas, strict=True)
         ]
         self._calcs = [(constraint.calc, data) for constraint, data in pairs]
-        pin.forwardKinematics(model, self.data, np.zeros(model.nq), *np.zeros((2, model.nv)))
+        pin.forwardKinematics(model, self._data, np.zeros(model.nq), *np.zeros((2, model.nv)))
         for calc, data in self._calcs:
-            calc(model, self.data, data)
+            calc(model, self._data, data)
         # Live views: they show what the last calc wrote, without a look-up each time.
         self._errors = [data.constraint_position_error for _, data in pairs]
         self._drifts = [data.constraint_acceleration_error for _, data in pairs]
@@ -185,35 +182,78 @@ class ClosureSystem:
         for k, anchor in enumerate(a for loop in loops for a in ANCHORS[loop.type]):
             kept += [3 * k + row for row in anchor[2]]
         self._kept = None if len(kept) == 3 * len(pairs) else np.array(kept)
-        self.residual = np.zeros(len(kept))
-        #: What solvers keep with this scratch memory, by name.
-        self.kit: dict[str, Any] = {}
+        #: Number of the configuration that is evaluated now.
+        self._number = 0
 
-    def evaluate(self, q: Array) -> Array:
-        """Residual (rows,) [m] at q (nq,); the Jacobian belongs to the last q evaluated."""
-        model, data = self.model, self.data
+    def evaluate(self, q: Array) -> Configuration:
+        """The equations at q (nq,); what was evaluated before is gone."""
+        model, data = self.model, self._data
         _jacobians(model, data, q)
         for calc, scratch in self._calcs:
             calc(model, data, scratch)
         e = _concatenate(self._errors)
         if self._kept is not None:
             e = e.take(self._kept)
-        self.residual = e
-        return e
+        self._number = number = self._number + 1
+        return Configuration(self, number, q, e)
+
+    def place(self, q: Array) -> pin.Data:
+        """Where all bodies are at q (nq,), as ``data.oMi``, and nothing else; what was evaluated
+        before is gone."""
+        self._number += 1
+        pin.forwardKinematics(self.model, self._data, q)
+        return self._data
+
+
+class Configuration:
+    """The equations of all loops at one configuration.
+
+    It lives in scratch memory: once another configuration is evaluated there, asking this one is
+    an error.
+
+    Attributes:
+        q: (nq,) [rad or m], not a copy: whoever changes it in place evaluates anew.
+        residual: (rows,) of the closures [m].
+    """
+
+    __slots__ = ("_number", "_system", "q", "residual")
+
+    def __init__(self, system: ClosureSystem, number: int, q: Array, residual: Array) -> None:
+        self._system, self._number, self.q, self.residual = system, number, q, residual
+
+    @property
+    def system(self) -> ClosureSystem:
+        """The scratch memory; evaluating there ends this configuration."""
+        return self._system
+
+    @property
+    def model(self) -> pin.Model:
+        """The open tree."""
+        return self._system.model
+
+    @property
+    def data(self) -> pin.Data:
+        """Pinocchio's data: ``oMi`` and what joint Jacobians are made of."""
+        system = self._system
+        if system._number != self._number:
+            raise RuntimeError("another configuration was evaluated in this scratch memory")
+        return system._data
 
     def jacobian(self) -> Array:
-        """Closure Jacobian K (rows, nv) [m/rad, m/m] at the last evaluated q."""
-        full = pin.getConstraintsJacobian(self.model, self.data, self._models, self._datas)
-        return full if self._kept is None else full.take(self._kept, axis=0)
+        """Closure Jacobian K (rows, nv) [m/rad, m/m]."""
+        system = self._system
+        full = pin.getConstraintsJacobian(system.model, self.data, system._models, system._datas)
+        return full if system._kept is None else full.take(system._kept, axis=0)
 
-    def drift(self, q: Array, v: Array) -> Array:
-        """Drift gamma = (dK/dt) v (rows,) [m/s²] at q, v: K a + gamma is the residual's second
-        derivative."""
-        pin.forwardKinematics(self.model, self.data, q, v, np.zeros(self.model.nv))
-        for calc, scratch in self._calcs:
-            calc(self.model, self.data, scratch)
-        gamma = np.concatenate(self._drifts)
-        return gamma if self._kept is None else gamma.take(self._kept)
+    def drift(self, v: Array) -> Array:
+        """Drift gamma = (dK/dt) v (rows,) [m/s²] at v (nv,): K a + gamma is the residual's second
+        derivative. ``data.v`` and ``data.a`` then are those of v and no acceleration."""
+        system, data = self._system, self.data
+        pin.forwardKinematics(system.model, data, self.q, v, np.zeros(system.model.nv))
+        for calc, scratch in system._calcs:
+            calc(system.model, data, scratch)
+        gamma = np.concatenate(system._drifts)
+        return gamma if system._kept is None else gamma.take(system._kept)
 
 
 def point_anchors(

@@ -11,9 +11,6 @@ import numpy as np
 Array = np.ndarray
 Vector = tuple[float, float, float]
 
-#: What the joint of a closure that can have a cone is called in messages.
-JOINT_NAMES = {"spherical": "ball joint", "universal": "universal joint"}
-
 
 @dataclass(frozen=True)
 class Cone:

@@ -30,7 +30,7 @@ from small import (
 )
 
 import pinmech as pm
-from pinmech.equations.motions import motions
+from pinmech.equations.scaling import frame_twist
 
 KINDS = ["spherical", "revolute", "universal", "cylindrical", "prismatic", "planar", "fixed"]
 
@@ -53,7 +53,7 @@ def check(small: Small, state: pm.ClosedState) -> None:
     assert k.shape == (small.rows, nv)
     assert rank(state) == small.rank
     assert nv - rank(state) == small.mobility
-    found = motions(state)
+    found = state.linear.motions
     assert found.rank == small.rank
     assert found.basis.shape == (nv, small.mobility - small.idle)
     assert found.idle.shape == (nv, small.idle)
@@ -268,15 +268,13 @@ def test_idle_motion_is_the_spin_of_the_coupler() -> None:
     """RSSR: the coupler spins about the line through its two spherical joints, all else rests."""
     mech = rssr().load()
     state = pm.forward(mech, {"j0": 0.1}).unwrap()
-    idle = motions(state).idle[:, 0]
+    idle = state.linear.idle[:, 0]
     assert abs(idle[mech.coordinate("j0")]) + abs(idle[mech.coordinate("j3")]) < 1e-10
     with mech.scratch() as system:
-        system.evaluate(state.q)
-        from pinmech.equations.scaling import frame_twist
-
-        spin = (frame_twist(mech, system, mech.frames["b2"]) @ idle)[3:]
+        at = system.evaluate(state.q)
+        spin = (frame_twist(at, mech.frames["b2"]) @ idle)[3:]
         loop = mech.loops["ring"]
-        ends = [(system.data.oMi[f.joint] * f.placement).translation.copy() for f in loop.frames]
+        ends = [(at.data.oMi[f.joint] * f.placement).translation.copy() for f in loop.frames]
     line = state.frame("b2").translation - ends[1]
     assert np.linalg.norm(ends[0] - ends[1]) < 1e-12
     assert np.linalg.norm(np.cross(spin, line)) < 1e-9 * np.linalg.norm(spin)

@@ -15,6 +15,7 @@ from mechanisms.wrist import CRANKS, rotations, same_span, state_of
 from oracles import spherical_3paur as oracle
 
 import pinmech as pm
+from pinmech.equations.scaling import frame_twist
 from pinmech.errors import InputError, UnknownNameError
 
 from .robots import delta, stewart, upu
@@ -189,10 +190,7 @@ def test_platform_twists_are_those_of_the_tangent(name: str) -> None:
     state = mech.home
     tangent = pm.tangent(state)
     with mech.scratch() as system:
-        from pinmech.equations.scaling import frame_twist
-
-        system.evaluate(state.q)
-        twists = frame_twist(mech, system, mech.platform_frame) @ tangent
+        twists = frame_twist(system.evaluate(state.q), mech.platform_frame) @ tangent
     found = pm.limb_screws(state).platform
     assert found.order == np.linalg.matrix_rank(twists, tol=1e-9)
     joined = np.hstack([found.twists / mech.length, twists / mech.length])

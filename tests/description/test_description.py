@@ -831,8 +831,7 @@ def test_loops_own_the_rows_one_after_the_other(name: str) -> None:
     for loop in mech.loops.values():
         assert (loop.rows.start, loop.rows.stop) == (end, end + ROWS[loop.type])
         end = loop.rows.stop
-        alone = ClosureSystem(mech.model, [loop], mech.length)
-        alone.evaluate(mech.home.q)
+        alone = ClosureSystem(mech.model, [loop], mech.length).evaluate(mech.home.q)
         np.testing.assert_allclose(alone.jacobian(), k[loop.rows], atol=1e-14)
     assert end == len(k)
 

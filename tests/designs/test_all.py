@@ -12,8 +12,9 @@ import pinocchio as pin
 import pytest
 from lxml import etree
 
+from pinmech.description.source import read_texts
 from pinmech.designs import ARMS, DESIGNS
-from pinmech.structure.loading import read_texts
+from pinmech.structure.building import build
 
 from .helpers import Tree
 
@@ -83,9 +84,9 @@ def test_frames_have_one_name_in_pinocchio(tree: Tree) -> None:
 
 
 def test_the_loader_takes_it(tree: Tree) -> None:
-    source = read_texts(tree.design.description, tree.design.urdf)
-    assert source.mechanism.name == tree.design.name
-    assert source.mechanism.model.nq == len(tree.joints)
+    structure = build(read_texts(tree.design.description, tree.design.urdf))
+    assert structure.name == tree.design.name
+    assert structure.model.nq == len(tree.joints)
 
 
 def test_text_is_stable_and_free_of_noise(tree: Tree) -> None:

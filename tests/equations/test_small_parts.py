@@ -8,7 +8,7 @@ from small import X, Z, joint_text, link_text
 
 import pinmech as pm
 from pinmech.equations.continuation import _smallest
-from pinmech.equations.solver import wrap_towards
+from pinmech.equations.limits import wrap_towards
 from pinmech.equations.starts import starts
 
 

@@ -13,7 +13,7 @@ from small import Small, hooke
 import pinmech as pm
 from pinmech.designs import Antenna3RSU
 from pinmech.equations import cones
-from pinmech.equations.solver import limit_breaches
+from pinmech.equations.limits import limit_breaches
 from pinmech.errors import DescriptionError, InputError
 
 from .sampling import cranks, disc

@@ -9,10 +9,9 @@ import pytest
 from oracles import antenna as oracle
 
 import pinmech as pm
-from pinmech.equations.labels import wanted_signs
-from pinmech.equations.limbrows import blocks
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.kinematics.limbsolve import LimbAnswer, LimbSolver
+from pinmech.kinematics.limb_solver import LimbAnswer, LimbSolver
+from pinmech.kinematics.modes import wanted_signs
 
 from .sampling import (
     ARMS,
@@ -99,7 +98,7 @@ def limb_alone(
     mech: pm.Mechanism, name: str, pose: np.ndarray, mode: int, guess: np.ndarray
 ) -> LimbAnswer:
     """One limb solved by the slow road, in the mode asked for."""
-    part = next(part for part in blocks(mech) if part.limb == name)
+    part = next(part for part in mech.facts.limb_rows if part.limb == name)
     signs = wanted_signs(mech, {name: mode}, mech.home)
     q = guess.copy()
     q[list(mech.outputs.coordinates)] = pose
@@ -221,7 +220,7 @@ def test_one_limb_is_solved_alone_in_the_mode_asked_for(antenna: pm.Mechanism) -
     dim = DIMENSIONS["antenna_3rsu"]
     for pose in reachable(dim, 15, 6):
         for k, name in enumerate(ARMS):
-            part = next(part for part in blocks(antenna) if part.limb == name)
+            part = next(part for part in antenna.facts.limb_rows if part.limb == name)
             column = list(part.free).index(antenna.coordinate(name))
             for sign in (1, -1):
                 answer = limb_alone(antenna, name, pose, sign, antenna.home.q + 1.7)

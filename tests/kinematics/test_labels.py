@@ -14,11 +14,12 @@ from small import GOOD
 
 import pinmech as pm
 from pinmech.equations.chains import Chain
-from pinmech.equations.labels import LabelReader, agrees, labels, slopes_at
-from pinmech.equations.limbequation import poses_at
-from pinmech.equations.solver import Problem, newton
+from pinmech.equations.closed import is_closed
+from pinmech.equations.limb_equation import poses_at, slopes
+from pinmech.equations.newton import newton
+from pinmech.equations.problem import Problem
 from pinmech.errors import InputError
-from pinmech.mechanism.state import close
+from pinmech.structure.closures import ClosureSystem
 
 from .families import BUILDERS, Crank, Family, driven_at_the_platform, without_limits
 from .sampling import ARMS, DIMENSIONS, angles, asked, cranks, reachable, transmission
@@ -107,13 +108,13 @@ def test_the_slope_is_the_derivative_of_the_paper_s_equation() -> None:
     states = [
         pm.inverse(mech, x, mode=asked(m)).unwrap() for x, m in zip(poses, modes, strict=True)
     ]
-    slopes, holds = LabelReader(mech).read(np.array([state.q for state in states]))
+    found, holds = mech.facts.labels.read_rows(np.array([state.q for state in states]))
     assert holds.all()
     p = oracle.coefficients(dim, oracle.rotation(*poses.T))
     theta = np.array([angles(state) for state in states])
     derivative = (p[..., 0] * np.cos(theta) - p[..., 1] * np.sin(theta)) / (2 * dim.l1 * dim.l2)
-    np.testing.assert_allclose(np.abs(slopes), np.abs(derivative), atol=1e-6)
-    sign = np.sign(slopes / derivative)
+    np.testing.assert_allclose(np.abs(found), np.abs(derivative), atol=1e-6)
+    sign = np.sign(found / derivative)
     clear = np.abs(derivative) > 1e-6
     assert np.ptp(sign[clear]) == 0
 
@@ -211,10 +212,9 @@ def closed_states(mech: pm.Mechanism, x: Array, count: int, seed: int) -> list[p
         for _ in range(count):
             q = mech.home.q.copy()
             q[held], q[rest] = x, rng.uniform(-reach, reach)
-            if newton(Problem(mech, rest), system, q, iterations=40).converged:
-                state, _ = close(mech, q, system.data)
-                if state is not None:
-                    found.append(pm.verify_closed(mech, q))
+            run = newton(Problem(mech, rest), system, q, iterations=40)
+            if run.converged and is_closed(mech, run.at.data):
+                found.append(pm.verify_closed(mech, q))
     return found
 
 
@@ -228,7 +228,7 @@ def test_each_limb_and_sign_of_what_is_shipped(name: str, limits: bool) -> None:
     found = [dict(state.mode) for state in closed_states(mech, x, 60, 7)]
     for limb in mech.limbs:
         for sign in (1, -1):
-            if labels(mech).of(limb) is None:
+            if mech.facts.labels.of(limb) is None:
                 with pytest.raises(InputError) if sign == -1 else contextlib.nullcontext():
                     pm.inverse(mech, x, mode={limb: sign} if sign == -1 else None)
                 continue
@@ -267,7 +267,7 @@ def test_a_limb_that_labels_do_not_tell_apart_has_none() -> None:
     """A rod between a ball and a universal closure can be turned over: two ways to be closed for
     each elbow, so the labels are not complete, and a mode asked for by name is refused."""
     mech = GOOD["rsur_2"]().load()
-    assert not labels(mech).complete
+    assert not mech.facts.labels.complete
     assert mech.home.mode["j0"] is None
     with pytest.raises(InputError, match="not told apart by a label"):
         pm.inverse(mech, [0.1], mode={"j0": 1})
@@ -277,26 +277,28 @@ def test_where_the_sentence_does_not_hold_there_is_no_label(antenna: pm.Mechanis
     """A crank 0.1 rad away from where its rod allows: the equation of that arm alone is off."""
     q = np.tile(antenna.home.q, (2, 1))
     q[1, antenna.coordinate("arm2")] += 0.1
-    _, holds = LabelReader(antenna).read(q)
+    labels = antenna.facts.labels
+    _, holds = labels.read_rows(q)
     np.testing.assert_array_equal(holds, [True, False])
-    data = antenna.model.createData()
-    pin.forwardKinematics(antenna.model, data, q[1])
-    off = [abs(equation.read(q[1], data)[1]) > 1e-3 for equation in labels(antenna).equations]
-    assert off == [False, True, False]
-    assert not agrees(antenna, labels(antenna).home, q[1], data)
+    with antenna.scratch() as system:
+        at = system.evaluate(q[1])
+        off = [abs(equation.read(at)[1]) > 1e-3 for equation in labels.equations]
+        assert off == [False, True, False]
+        assert not labels.agree(labels.home, at)
 
 
 @pytest.mark.parametrize("name", pm.mechanisms())
 def test_slopes_are_derivatives_of_the_equations(name: str) -> None:
     """At random configurations, open ones too: the slope is dF/dθ by turning the moved body, the
     root has F = 0 with the sign asked for, and the lean reader says the same."""
-    mech, rng, data = pm.load(name), np.random.default_rng(51), pm.load(name).model.createData()
-    for equation in labels(mech).equations:
+    mech, rng = pm.load(name), np.random.default_rng(51)
+    system = ClosureSystem(mech.model, tuple(mech.loops.values()), mech.length)
+    for equation in mech.facts.labels.equations:
         for _ in range(20):
             q = rng.uniform(-1, 1, mech.model.nq)
-            pin.forwardKinematics(mech.model, data, q)
-            terms = equation.expand(q[None], poses_at(data))
-            slope, off = equation.read(q, data)
+            at = system.evaluate(q)
+            terms = equation.expand(q[None], poses_at(at.data))
+            slope, off = equation.read(at)
             assert slope == pytest.approx(float(terms.b[0]), abs=1e-12)
             assert off == pytest.approx(float(equation.residual(terms)[0]), abs=1e-12)
             a, b, c = (float(x[0]) for x in terms)
@@ -319,20 +321,16 @@ def test_slopes_are_derivatives_of_the_equations(name: str) -> None:
             ahead, behind = q.copy(), q.copy()
             ahead[equation.coordinate] += h
             behind[equation.coordinate] -= h
-            values = []
-            for moved in (ahead, behind):
-                pin.forwardKinematics(mech.model, data, moved)
-                values.append(equation.read(moved, data)[1])
+            values = [equation.read(system.evaluate(moved))[1] for moved in (ahead, behind)]
             assert (values[0] - values[1]) / (2 * h) == pytest.approx(slope, abs=1e-7)
 
 
 def test_home_slopes_are_what_is_read_there() -> None:
     mech = pm.load("antenna_3rsu")
-    data = mech.model.createData()
-    pin.forwardKinematics(mech.model, data, mech.home.q)
-    found = slopes_at(labels(mech).equations, mech.home.q, data)
-    np.testing.assert_array_equal(np.sign(found), labels(mech).home)
-    lean, holds = LabelReader(mech).read(mech.home.q[None])
+    with mech.scratch() as system:
+        found = slopes(mech.facts.labels.equations, system.evaluate(mech.home.q))
+    np.testing.assert_array_equal(np.sign(found), mech.facts.labels.home)
+    lean, holds = mech.facts.labels.read_rows(mech.home.q[None])
     np.testing.assert_allclose(lean[0], found, atol=1e-12)
     assert holds.all()
 

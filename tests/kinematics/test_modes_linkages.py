@@ -12,11 +12,11 @@ from oracles import spherical_3paur as paur
 from small import X, Y, Z
 
 import pinmech as pm
-from pinmech.equations.labels import labels
+from pinmech.equations.closed import is_closed
+from pinmech.equations.newton import newton
 from pinmech.equations.outputs import pose_of
-from pinmech.equations.solver import Problem, newton
+from pinmech.equations.problem import Problem
 from pinmech.errors import InputError
-from pinmech.mechanism.state import close
 
 from .families import without_limits, wrist
 from .test_labels import check_family
@@ -36,9 +36,8 @@ def closed_states(mech: pm.Mechanism, x: Array, count: int, seed: int) -> list[p
             q = mech.home.q.copy()
             q[held] = x[: len(held)]
             q[rest] += rng.uniform(-reach, reach)
-            if not newton(problem, system, q, iterations=40).converged:
-                continue
-            if close(mech, q, system.data)[0] is not None:
+            run = newton(problem, system, q, iterations=40)
+            if run.converged and is_closed(mech, run.at.data):
                 found.append(pm.verify_closed(mech, q))
     return found
 
@@ -135,8 +134,8 @@ def test_limbs_that_are_solved_together_stay_in_the_mode_asked_for(
 ) -> None:
     """A wrist whose centre nobody knows: the outputs leave the place of the platform open, and all
     limbs are solved at once, from the roots of their equations."""
-    monkeypatch.setattr("pinmech.equations.labels.still_point", lambda mechanism: None)
+    monkeypatch.setattr("pinmech.equations.platform._still_point", lambda *_: (None, None))
     robot = wrist()
-    assert not labels(robot.mechanism).fixes_platform
-    assert labels(robot.mechanism).complete
+    assert not robot.mechanism.facts.platform.fixed
+    assert robot.mechanism.facts.labels.complete
     assert check_family(robot, 60, 8)["ok"] > 30

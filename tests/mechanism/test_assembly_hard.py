@@ -13,11 +13,12 @@ import pytest
 from small import GOOD, Small, bennett, joint_text, link_text, sarrus, slider_crank
 
 import pinmech as pm
+from pinmech.description.source import read_texts
 from pinmech.equations.misalignment import Misalignment, loop_gaps
 from pinmech.errors import DescriptionError, Fault, InputError
 from pinmech.mechanism.closing import HOME_TOLERANCE, in_loops
+from pinmech.structure.building import build
 from pinmech.structure.closures import relative_placement
-from pinmech.structure.loading import read_texts
 
 from .hard import legs, problem
 
@@ -216,7 +217,7 @@ def test_no_frame_is_blamed_for_what_is_out_of_reach() -> None:
 def test_misalignment_and_its_derivative(name: str) -> None:
     """Against central differences, far from closed; zero where the anchors are and the sense is."""
     small = GOOD[name]()
-    mech = read_texts(small.description, small.urdf).mechanism
+    mech = build(read_texts(small.description, small.urdf))
     task = Misalignment(mech, np.arange(mech.model.nv))
     rng = np.random.default_rng(7)
     with mech.scratch() as system:
@@ -224,13 +225,14 @@ def test_misalignment_and_its_derivative(name: str) -> None:
             q = rng.uniform(-1, 1, mech.model.nv)
             steps = 1e-6 * np.eye(len(q))
             numeric = [
-                (task.residual(system, q + d) - task.residual(system, q - d)) / 2e-6 for d in steps
+                np.subtract(*(task.evaluate(system, x).residual for x in (q + d, q - d))) / 2e-6
+                for d in steps
             ]
-            task.residual(system, q)
-            np.testing.assert_allclose(task.matrix(system), np.column_stack(numeric), atol=2e-7)
-        home = small.load().home
-        assert np.abs(task.residual(system, np.array(home.q))).max() < 1e-11
-        gaps = loop_gaps(mech, system.data)
+            matrix = task.evaluate(system, q).matrix()
+            np.testing.assert_allclose(matrix, np.column_stack(numeric), atol=2e-7)
+        there = task.evaluate(system, np.array(small.load().home.q))
+        assert np.abs(there.residual).max() < 1e-11
+        gaps = loop_gaps(mech, there.at.data)
         assert list(gaps) == list(mech.loops)
         assert max(max(pair) for pair in gaps.values()) < 1e-11
 
@@ -240,14 +242,14 @@ def test_misalignment_is_not_zero_with_an_axis_turned(kind: str) -> None:
     from small import free_body
 
     small = free_body(kind)
-    mech = read_texts(small.description, small.urdf).mechanism
+    mech = build(read_texts(small.description, small.urdf))
     task = Misalignment(mech, np.arange(mech.model.nv))
     q = np.zeros(mech.model.nv)
     with mech.scratch() as system:
-        assert np.linalg.norm(task.residual(system, q)) < 1e-12
+        assert np.linalg.norm(task.evaluate(system, q).residual) < 1e-12
         for turned in (math.pi, math.pi - 1e-3):
             q[mech.coordinate("j3_0")] = turned
-            anchors = float(np.linalg.norm(system.evaluate(q)))
+            anchors = float(np.linalg.norm(system.evaluate(q).residual))
             assert anchors < 2e-3 * mech.length  # the rows all but vanish
-            off = float(np.linalg.norm(task.residual(system, q)))
+            off = float(np.linalg.norm(task.evaluate(system, q).residual))
             assert off > 0.9 * math.pi * mech.length

@@ -5,6 +5,7 @@ The oracles use homogeneous matrices, small finite displacements and central dif
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -155,22 +156,29 @@ def test_number_of_rows() -> None:
         case = make(1, [kind])
         system = ClosureSystem(case.model, case.loops, LENGTH)
         assert system.rows == COUNT[kind]
-        assert system.evaluate(case.open).shape == (COUNT[kind],)
-        assert system.jacobian().shape == (COUNT[kind], case.model.nv)
-        assert system.drift(case.open, case.velocity).shape == (COUNT[kind],)
+        at = system.evaluate(case.open)
+        assert at.residual.shape == (COUNT[kind],)
+        assert at.jacobian().shape == (COUNT[kind], case.model.nv)
+        assert at.drift(case.velocity).shape == (COUNT[kind],)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_zero_where_closed(seed: int) -> None:
     case = make(seed)
     system = ClosureSystem(case.model, case.loops, LENGTH)
-    assert np.abs(system.evaluate(case.closed)).max() < 1e-14 * 50
+    at = system.evaluate(case.closed)
+    assert np.abs(at.residual).max() < 1e-14 * 50
     for loop in case.loops:
         assert gap(loop, case.relative(loop, case.closed), LENGTH) < 1e-12, loop.name
-        placement = closures.relative_placement(loop, system.data)
+        placement = closures.relative_placement(loop, at.data)
         np.testing.assert_allclose(
             placement.homogeneous, case.relative(loop, case.closed).homogeneous, atol=1e-13
         )
+
+
+def residuals(system: ClosureSystem) -> Callable[[Array], Array]:
+    """The residual as a function of q."""
+    return lambda q: system.evaluate(q).residual
 
 
 def residual_of(kind: str, placement: pin.SE3) -> Array:
@@ -179,7 +187,7 @@ def residual_of(kind: str, placement: pin.SE3) -> Array:
     model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "j")
     frames = (Frame("one", 0, pin.SE3.Identity()), Frame("two", 1, placement))
     loop = Loop("loop", kind, frames, slice(0, COUNT[kind]))
-    return ClosureSystem(model, [loop], LENGTH).evaluate(np.zeros(1)).copy()
+    return ClosureSystem(model, [loop], LENGTH).evaluate(np.zeros(1)).residual
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -241,14 +249,14 @@ def test_gap_of_an_axis_is_the_angle() -> None:
 def test_loops_keep_their_rows(seed: int) -> None:
     """``loop.rows`` are the rows of that loop, whatever stands beside it."""
     case = make(seed)
-    together = ClosureSystem(case.model, case.loops, LENGTH)
-    e, k = together.evaluate(case.open).copy(), together.jacobian().copy()
-    gamma = together.drift(case.open, case.velocity)
+    together = ClosureSystem(case.model, case.loops, LENGTH).evaluate(case.open)
+    e, k = together.residual, together.jacobian()
+    gamma = together.drift(case.velocity)
     for loop in case.loops:
-        alone = ClosureSystem(case.model, [loop], LENGTH)
-        np.testing.assert_allclose(alone.evaluate(case.open), e[loop.rows], atol=1e-15)
+        alone = ClosureSystem(case.model, [loop], LENGTH).evaluate(case.open)
+        np.testing.assert_allclose(alone.residual, e[loop.rows], atol=1e-15)
         np.testing.assert_allclose(alone.jacobian(), k[loop.rows], atol=1e-15)
-        mine = alone.drift(case.open, case.velocity)
+        mine = alone.drift(case.velocity)
         np.testing.assert_allclose(mine, gamma[loop.rows], atol=1e-13)
 
 
@@ -263,10 +271,12 @@ def test_jacobian_is_the_derivative(kind: str, where: str) -> None:
         system = ClosureSystem(case.model, case.loops, LENGTH)
         q = getattr(case, where)
         expected = np.column_stack(
-            [derivative(system.evaluate, q, axis) for axis in np.eye(case.model.nv)]
+            [
+                derivative(lambda x, s=system: s.evaluate(x).residual, q, axis)
+                for axis in np.eye(case.model.nv)
+            ]
         )
-        system.evaluate(q)
-        assert relative_error(system.jacobian(), expected) < 1e-10, seed
+        assert relative_error(system.evaluate(q).jacobian(), expected) < 1e-10, seed
 
 
 @pytest.mark.parametrize("where", ["open", "closed"])
@@ -278,11 +288,10 @@ def test_drift_is_the_derivative(kind: str, where: str) -> None:
         q, v = getattr(case, where), 2.0 * case.velocity
 
         def opening_rate(at: Array, system=system, v=v) -> Array:
-            system.evaluate(at)
-            return system.jacobian() @ v
+            return system.evaluate(at).jacobian() @ v
 
         expected = derivative(opening_rate, q, v)
-        assert relative_error(system.drift(q, v), expected) < 1e-9, seed
+        assert relative_error(system.evaluate(q).drift(v), expected) < 1e-9, seed
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -300,28 +309,42 @@ def test_smooth_through_half_turns(kind: str) -> None:
         for angle in (np.pi - 1e-6, np.pi, np.pi + 1e-6, -np.pi, 2 * np.pi):
             q = np.zeros(3)
             q[axis] = angle
-            expected = np.column_stack([derivative(system.evaluate, q, e) for e in np.eye(3)])
-            system.evaluate(q)
-            assert relative_error(system.jacobian(), expected) < 1e-10
+            expected = np.column_stack(
+                [derivative(lambda x, s=system: s.evaluate(x).residual, q, e) for e in np.eye(3)]
+            )
+            assert relative_error(system.evaluate(q).jacobian(), expected) < 1e-10
             half_a_turn_on = q + 2 * np.pi * np.eye(3)[axis]
-            before = system.evaluate(q).copy()
-            np.testing.assert_allclose(system.evaluate(half_a_turn_on), before, atol=1e-14)
+            before, after = (system.evaluate(x).residual for x in (q, half_a_turn_on))
+            np.testing.assert_allclose(after, before, atol=1e-14)
 
 
 def test_calls_in_any_order() -> None:
     """Drift in between, at another q, leaves the next evaluation alone."""
     case = make(3)
     system, fresh = (ClosureSystem(case.model, case.loops, LENGTH) for _ in range(2))
-    e, k = fresh.evaluate(case.open).copy(), fresh.jacobian().copy()
-    system.evaluate(case.closed)
-    system.drift(case.closed, case.velocity)
-    np.testing.assert_array_equal(system.evaluate(case.open), e)
-    np.testing.assert_array_equal(system.jacobian(), k)
-    gamma = fresh.drift(case.open, case.velocity).copy()
-    system.drift(case.open, 3 * case.velocity)
-    np.testing.assert_allclose(system.drift(case.open, case.velocity), gamma, atol=1e-13)
-    system.evaluate(case.open)
-    np.testing.assert_array_equal(system.jacobian(), k)
+    expected = fresh.evaluate(case.open)
+    e, k = expected.residual, expected.jacobian()
+    system.evaluate(case.closed).drift(case.velocity)
+    at = system.evaluate(case.open)
+    np.testing.assert_array_equal(at.residual, e)
+    np.testing.assert_array_equal(at.jacobian(), k)
+    gamma = expected.drift(case.velocity)
+    at.drift(3 * case.velocity)
+    np.testing.assert_allclose(at.drift(case.velocity), gamma, atol=1e-13)
+    np.testing.assert_array_equal(at.jacobian(), k)
+
+
+def test_a_configuration_ends_with_the_next_one() -> None:
+    """What was evaluated over in the same scratch memory cannot be asked any more."""
+    case = make(3)
+    system = ClosureSystem(case.model, case.loops, LENGTH)
+    for other in (system.evaluate, system.place):
+        at = system.evaluate(case.open)
+        other(case.closed)
+        for ask in (at.jacobian, lambda at=at: at.drift(case.velocity), lambda at=at: at.data):
+            with pytest.raises(RuntimeError, match="another configuration was evaluated"):
+                ask()
+        assert at.residual.shape == (system.rows,)
 
 
 def test_lever_changes_rotation_rows_only() -> None:
@@ -329,7 +352,7 @@ def test_lever_changes_rotation_rows_only() -> None:
     for kind in KINDS:
         case = make(2, [kind])
         one, two = (ClosureSystem(case.model, case.loops, length) for length in (0.2, 0.4))
-        changed = one.evaluate(case.closed + 1e-3) - two.evaluate(case.closed + 1e-3)
+        changed = np.subtract(*(s.evaluate(case.closed + 1e-3).residual for s in (one, two)))
         positions = {"planar": 1, "cylindrical": 2, "prismatic": 2}.get(kind, 3)
         assert np.abs(changed[:positions]).max() < 1e-15
         assert COUNT[kind] == positions or np.abs(changed[positions:]).min() > 0.0
@@ -368,7 +391,7 @@ def test_verify_closed_refuses_the_wrong_way_round(kind: str, axis: int) -> None
     q = np.array(mech.home.q)
     q[mech.coordinate(f"j3_{axis}")] = np.pi
     with mech.scratch() as system:
-        assert np.abs(system.evaluate(q)).max() < 1e-15 * 10
+        assert np.abs(system.evaluate(q).residual).max() < 1e-15 * 10
     with pytest.raises(InputError, match=r"loop ring.*opposite"):
         pm.verify_closed(mech, q)
     assert pm.verify_closed(mech, mech.home.q).residual < 1e-15
@@ -447,12 +470,12 @@ def test_multipliers_are_a_pair_of_opposite_wrenches(kind: str) -> None:
         first, second = loop.frames
         for q in (case.open, case.closed):
             system = ClosureSystem(case.model, case.loops, LENGTH)
-            system.evaluate(q)
-            k = system.jacobian()
+            at = system.evaluate(q)
+            k = at.jacobian()
             wrenches = row_wrenches(loop, case.relative(loop, q), LENGTH)
             assert wrenches.shape == (6, COUNT[kind])
-            place = (system.data.oMi[second.joint] * second.placement).translation
-            axes = (system.data.oMi[first.joint] * first.placement).rotation
+            place = (at.data.oMi[second.joint] * second.placement).translation
+            axes = (at.data.oMi[first.joint] * first.placement).rotation
             forces = np.zeros((case.model.nv, COUNT[kind]))
             for body, sign in ((second.joint, 1.0), (first.joint, -1.0)):
                 twist = point_twist(case.model, q, body, place)
@@ -529,7 +552,7 @@ def test_frame_twist_matches_differences() -> None:
     for name in ("b2", "b3"):
         frame = mech.frames[name]
         with mech.scratch() as system:
-            system.evaluate(q)
-            got = frame_twist(mech, system, frame)
-            place = (system.data.oMi[frame.joint] * frame.placement).translation.copy()
+            at = system.evaluate(q)
+            got = frame_twist(at, frame)
+            place = (at.data.oMi[frame.joint] * frame.placement).translation.copy()
         assert relative_error(got, point_twist(mech.model, q, frame.joint, place)) < 1e-10

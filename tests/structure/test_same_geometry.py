@@ -11,7 +11,7 @@ import pytest
 
 import pinmech as pm
 from pinmech.errors import InputError
-from pinmech.structure.same_geometry import same_geometry
+from pinmech.structure.structure import same_geometry
 
 DESIGN = pm.designs.DESIGNS["antenna_3rsu"]()
 

@@ -12,20 +12,19 @@ from pinmech.actuation.forces.friction import friction_forces, headings
 from pinmech.actuation.forces.lean import Lean
 from pinmech.actuation.forces.loads import Loads, given_loads
 from pinmech.actuation.forces.overflow import overflow_message
-from pinmech.equations.closed_rows import (
+from pinmech.equations.closed import (
     check_rows_closed,
     check_rows_finite,
     largest_opening,
     only_points,
 )
-from pinmech.equations.firstorder import loose_freedoms
 from pinmech.errors import InputError, SingularError
 from pinmech.kinematics.arguments import LARGEST, asked, sensible
 from pinmech.kinematics.rates import check_rates
 from pinmech.kinematics.solution import Path
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.numeric import shown
-from pinmech.structure.same_geometry import same_geometry
+from pinmech.structure.structure import same_geometry
 
 Array = np.ndarray
 Progress = Callable[[int, int], None]
@@ -88,7 +87,7 @@ def demand_path(
     acceleration = check_rates(mechanism, accelerations, count, "accelerations")
     loads = given_loads(loads)
     nv, outputs = mechanism.model.nv, len(mechanism.outputs)
-    loose = loose_freedoms(mechanism)
+    loose = mechanism.facts.loose
     motion = np.full((count, nv, outputs + loose), np.nan)
     velocity, required, still = np.full((3, count, nv), np.nan)
     heading = headings(rate) if continuous else rate

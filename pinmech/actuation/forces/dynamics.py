@@ -15,19 +15,18 @@ import pinocchio as pin
 
 from pinmech.actuation.forces.friction import REST, friction_forces
 from pinmech.actuation.forces.holding import torques_at_rest
-from pinmech.actuation.forces.loads import Loads, given_loads, loaded_model
+from pinmech.actuation.forces.loads import Loads, given_loads
 from pinmech.actuation.forces.overflow import check_finite
 from pinmech.actuation.forces.sharing import check_sharing, share
-from pinmech.equations.motions import motions_at
-from pinmech.equations.scaling import frame_twist, rank_of, velocity_scale
+from pinmech.equations.linear import Linear
+from pinmech.equations.scaling import frame_twist
 from pinmech.errors import InputError, SingularError, UnknownNameError
-from pinmech.kinematics.arguments import LARGEST, Values, closed, numbers, sensible, vector
-from pinmech.kinematics.rates import acceleration_at, output_motion_at
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
-from pinmech.numeric import one_of, shown
+from pinmech.kinematics.arguments import LARGEST, Values, closed, sensible, vector
+from pinmech.kinematics.rates import acceleration_at
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
+from pinmech.numeric import numbers, one_of, shown
 from pinmech.structure.closures import (
-    ClosureSystem,
+    Configuration,
     constraint_dynamics,
     relative_placement,
     row_wrenches,
@@ -113,7 +112,7 @@ def inverse_dynamics(
         )
     effort = np.zeros(mechanism.model.nv)
     effort[coordinates] = scales * shared.torques
-    reactions, unique = _reactions(mechanism, tree.closure, tree.placements, required - effort)
+    reactions, unique = _reactions(state.linear, tree.placements, required - effort)
     check_finite("torques", mechanism, shared.torques, tree.acceleration, *reactions.values())
     holding = None
     if tree.rests:
@@ -144,7 +143,6 @@ class OpenTree:
         still: (nv,) the same standing still without friction: gravity less the wrench.
         rests: no joint moves or is to be accelerated.
         friction: (nv,) the part of ``required`` that friction takes.
-        closure: (rows, nv) closure Jacobian.
         placements: loop -> second frame in the first.
     """
 
@@ -157,7 +155,6 @@ class OpenTree:
     still: Array
     rests: bool
     friction: Array
-    closure: Array
     placements: Mapping[str, pin.SE3]
 
 
@@ -175,51 +172,38 @@ def open_tree(
     Raises:
         SingularError: ``type1``.
     """
-    mechanism = state.mechanism
+    mechanism, linear = state.mechanism, state.linear
+    outputs = linear.output_motion
+    motion = outputs.per_output
+    v = motion @ rates
+    friction = friction_forces(mechanism, v, None if heading is None else motion @ heading)
+    model = loads.model_of(mechanism)
+    data = model.createData()
     with mechanism.scratch() as system:
-        model, data = _loaded(mechanism, system, loads)
-        system.evaluate(state.q)
-        found = motions_at(mechanism, system)
-        outputs = output_motion_at(mechanism, system, state.q, found)
-        motion = outputs.per_output
-        wrench = _external(mechanism, system, loads)
-        closure = np.array(system.jacobian())
-        v = motion @ rates
-        friction = friction_forces(mechanism, v, None if heading is None else motion @ heading)
-        a = acceleration_at(mechanism, system, state.q, v, motion, accelerations)
+        at = system.evaluate(state.q)
+        wrench = _external(mechanism, at, loads)
         placements = {
-            name: relative_placement(loop, system.data) for name, loop in mechanism.loops.items()
+            name: relative_placement(loop, at.data) for name, loop in mechanism.loops.items()
         }
-        idle = found.idle * velocity_scale(mechanism)[:, None]
-        rests = bool(max(np.abs(v).max(), np.abs(a).max()) <= REST)
-        still = np.array(pin.computeGeneralizedGravity(model, data, state.q)) - wrench
-        if idle.shape[1]:
-            a = a + _idle_acceleration(model, data, idle, state.q, v, a, friction - wrench)
-        required = np.array(pin.rnea(model, data, state.q, v, a)) + (friction - wrench)
+        a = acceleration_at(linear, at, v, accelerations)
+    idle = linear.idle * mechanism.velocity_scale[:, None]
+    rests = bool(max(np.abs(v).max(), np.abs(a).max()) <= REST)
+    still = np.array(pin.computeGeneralizedGravity(model, data, state.q)) - wrench
+    if idle.shape[1]:
+        a = a + _idle_acceleration(model, data, idle, state.q, v, a, friction - wrench)
+    required = np.array(pin.rnea(model, data, state.q, v, a)) + (friction - wrench)
     return OpenTree(
-        motion,
-        outputs.loose,
-        idle,
-        v,
-        a,
-        required,
-        still,
-        rests,
-        friction,
-        closure,
-        placements,
+        motion=motion,
+        loose=outputs.loose,
+        idle=idle,
+        velocity=v,
+        acceleration=a,
+        required=required,
+        still=still,
+        rests=rests,
+        friction=friction,
+        placements=placements,
     )
-
-
-def _loaded(
-    mechanism: Mechanism, system: ClosureSystem, loads: Loads
-) -> tuple[pin.Model, pin.Data]:
-    """The loaded model and data for it; those of the last loads are kept with the scratch."""
-    kept = system.kit.get("loaded")
-    if kept is None or kept[0] != loads:
-        model = loaded_model(mechanism, loads)
-        kept = system.kit["loaded"] = (loads, model, model.createData())
-    return kept[1], kept[2]
 
 
 def drive_limits(mechanism: Mechanism, names: tuple[str, ...]) -> Array:
@@ -243,11 +227,11 @@ def unbalanced_message(mechanism: Mechanism, names: tuple[str, ...], unbalanced:
     return f"type 2 singularity: {', '.join(names)} cannot produce this motion; unbalanced: {parts}"
 
 
-def _external(mechanism: Mechanism, system: ClosureSystem, loads: Loads) -> Array:
-    """(nv,) joint forces equivalent to the external wrench at the last evaluated q."""
+def _external(mechanism: Mechanism, at: Configuration, loads: Loads) -> Array:
+    """(nv,) joint forces equivalent to the external wrench."""
     if not any(loads.wrench):
         return np.zeros(mechanism.model.nv)
-    return frame_twist(mechanism, system, mechanism.platform_frame).T @ np.array(loads.wrench)
+    return frame_twist(at, mechanism.platform_frame).T @ np.array(loads.wrench)
 
 
 def _idle_acceleration(
@@ -261,20 +245,12 @@ def _idle_acceleration(
 
 
 def _reactions(
-    mechanism: Mechanism,
-    jacobian: Array,
-    placements: Mapping[str, pin.SE3],
-    unbalanced: Array,
+    linear: Linear, placements: Mapping[str, pin.SE3], unbalanced: Array
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """Closure wrenches from Kᵀ λ = what is left, and which components Kᵀ determines."""
-    scale = velocity_scale(mechanism)
-    scaled = jacobian * (scale / mechanism.length)
-    u, values, vt = np.linalg.svd(scaled)
-    rank = rank_of(values)
-    # Kᵀ λ = r with K = length · scaled / scale: the least-norm multipliers [N].
-    right = vt[:rank] @ (scale * unbalanced)
-    multipliers = u[:, :rank] @ (right / values[:rank]) / mechanism.length
-    undetermined = u[:, rank:]
+    mechanism, undetermined = linear.structure, linear.undetermined
+    # K = length · scaled / scale: the least-norm multipliers [N].
+    multipliers = linear.multipliers(mechanism.velocity_scale * unbalanced) / mechanism.length
     reactions, unique = {}, {}
     for name, loop in mechanism.loops.items():
         wrenches = row_wrenches(loop, placements[name], mechanism.length)
@@ -328,13 +304,13 @@ def forward_dynamics(
         actuator = mechanism.actuators[name]
         effort[actuator.coordinate] += actuator.scale * value
     one_of(method, ("reduced", "constraintDynamics"), "method")
-    model = loaded_model(mechanism, loads)
+    model, linear = loads.model_of(mechanism), state.linear
     with mechanism.scratch() as system:
-        system.evaluate(state.q)
-        k = np.array(system.jacobian())
-        wrench = _external(mechanism, system, loads)
-        gamma = system.drift(state.q, v)
-    opening = np.abs(k @ v).max(initial=0.0)
+        at = system.evaluate(state.q)
+        wrench = _external(mechanism, at, loads)
+        gamma = at.drift(v)
+    rates = v / mechanism.velocity_scale
+    opening = mechanism.length * np.abs(linear.closure @ rates).max(initial=0.0)
     if opening > 1e-6 * mechanism.length * max(1.0, np.abs(v).max()):
         raise InputError(f"the velocity opens the loops ({opening:.2g} m/s); use pm.velocity")
     tau = effort + wrench - friction_forces(mechanism, v)
@@ -342,8 +318,7 @@ def forward_dynamics(
         loops = tuple(mechanism.loops.values())
         a = constraint_dynamics(model, loops, mechanism.length, state.q, v, tau)
     else:
-        data = model.createData()
-        a = reduced_acceleration(mechanism, model, data, state.q, v, tau, k, gamma)
+        a = _reduced_acceleration(linear, model, state.q, v, tau, gamma)
     check_finite("accelerations", mechanism, a)
     return a
 
@@ -355,23 +330,13 @@ def _known(mechanism: Mechanism, torques: Mapping[str, float]) -> Array:
     return vector(list(torques.values()), tuple(torques), "torque")
 
 
-def reduced_acceleration(
-    mechanism: Mechanism,
-    model: pin.Model,
-    data: pin.Data,
-    q: Array,
-    v: Array,
-    tau: Array,
-    k: Array,
-    gamma: Array,
+def _reduced_acceleration(
+    linear: Linear, model: pin.Model, q: Array, v: Array, tau: Array, gamma: Array
 ) -> Array:
     """(nv,) a with NᵀM(N u̇ + a0) + Nᵀ(nle − τ) = 0, where a = N u̇ + a0 and K a0 = −γ."""
-    scale = velocity_scale(mechanism)
-    scaled = k * (scale / mechanism.length)
-    u, values, vt = np.linalg.svd(scaled)
-    rank = rank_of(values)
-    particular = -vt[:rank].T @ ((u[:, :rank].T @ gamma) / mechanism.length / values[:rank])
-    a0, n = scale * particular, vt[rank:].T * scale[:, None]
+    scale, data = linear.structure.velocity_scale, model.createData()
+    a0 = scale * linear.solve_closure(-gamma / linear.structure.length)
+    n = linear.right[linear.rank :].T * scale[:, None]
     mass = pin.crba(model, data, q)
     mass = np.triu(mass) + np.triu(mass, 1).T
     bias = pin.nonLinearEffects(model, data, q, v)

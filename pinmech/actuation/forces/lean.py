@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.linalg import lapack
 
-from pinmech.actuation.forces.loads import Loads, loaded_model
+from pinmech.actuation.forces.loads import Loads
 from pinmech.equations.scaling import frame_twist
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.structure.closures import ClosureSystem
@@ -32,7 +32,7 @@ class Lean:
         self, mechanism: Mechanism, system: ClosureSystem, loads: Loads, *, standing: bool
     ) -> None:
         self.system = system
-        self._model = loaded_model(mechanism, loads)
+        self._model = loads.model_of(mechanism)
         self._data = self._model.createData()
         self._held = np.array(mechanism.outputs.coordinates)
         self._free = np.setdiff1d(np.arange(mechanism.model.nv), self._held)
@@ -46,9 +46,9 @@ class Lean:
     def solve(self, q: Array, rate: Array, acceleration: Array) -> bool:
         """Fill the attributes; False at a type 1 singularity."""
         system, motion, free = self.system, self.motion, self._free
-        residual = system.evaluate(q)
-        self.opening = float(residual.dot(residual))
-        k = system.jacobian()
+        at = system.evaluate(q)
+        self.opening = float(at.residual.dot(at.residual))
+        k = at.jacobian()
         # Not dgetrf and dgetrs: OpenBLAS starts threads in dgetrs for more than one right side,
         # which costs a thousand times the solve on a busy machine.
         lu, pivots, x, info = lapack.dgesv(k.take(free, axis=1), k.take(self._held, axis=1))
@@ -60,8 +60,8 @@ class Lean:
         resisted = None
         if self._wrench is not None:
             frame = self._mechanism.platform_frame
-            resisted = frame_twist(self._mechanism, system, frame).T @ self._wrench
-        gamma = system.drift(q, v)
+            resisted = frame_twist(at, frame).T @ self._wrench
+        gamma = at.drift(v)
         a = motion.dot(acceleration)
         a[free] -= lapack.dgetrs(lu, pivots, gamma)[0]
         required = pin.rnea(self._model, self._data, q, v, a)

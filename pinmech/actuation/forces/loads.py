@@ -88,6 +88,18 @@ class Loads:
         if self.payload is not None and not isinstance(self.payload, Payload):
             raise InputError(f"payload must be a Payload, is {shown(self.payload)}")
 
+    def model_of(self, mechanism: Mechanism) -> pin.Model:
+        """The mechanism's open-tree model with this gravity and payload."""
+        model = mechanism.model.copy()
+        model.gravity = pin.Motion(np.array([*self.gravity, 0.0, 0.0, 0.0]))
+        if self.payload is not None and self.payload.mass > 0:
+            body = pin.Inertia(
+                self.payload.mass, np.array(self.payload.com), np.array(self.payload.inertia)
+            )
+            frame = mechanism.platform_frame
+            model.inertias[frame.joint] += frame.placement.act(body)
+        return model
+
 
 def given_loads(loads: Loads | None) -> Loads:
     """The loads; gravity alone when there are none.
@@ -100,16 +112,3 @@ def given_loads(loads: Loads | None) -> Loads:
             f"loads must be Loads, as in pm.Loads(payload=pm.Payload(3.0)), is {shown(loads)}"
         )
     return Loads() if loads is None else loads
-
-
-def loaded_model(mechanism: Mechanism, loads: Loads) -> pin.Model:
-    """The mechanism's open-tree model with the gravity and the payload of the loads."""
-    model = mechanism.model.copy()
-    model.gravity = pin.Motion(np.array([*loads.gravity, 0.0, 0.0, 0.0]))
-    if loads.payload is not None and loads.payload.mass > 0:
-        body = pin.Inertia(
-            loads.payload.mass, np.array(loads.payload.com), np.array(loads.payload.inertia)
-        )
-        frame = mechanism.platform_frame
-        model.inertias[frame.joint] += frame.placement.act(body)
-    return model

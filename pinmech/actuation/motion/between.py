@@ -22,13 +22,10 @@ import numpy as np
 from pinmech.actuation.forces.demand import demand_path
 from pinmech.actuation.motion.rotations import quaternions
 from pinmech.equations.cones import cone_margins
-from pinmech.equations.labels import LabelReader, labels
-from pinmech.equations.scaling import output_scale
 from pinmech.kinematics.inverse import inverse
 from pinmech.kinematics.path import inverse_path
 from pinmech.kinematics.solution import Path
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import verify_closed
+from pinmech.mechanism.mechanism import Mechanism, verify_closed
 
 Array = np.ndarray
 
@@ -120,7 +117,7 @@ class _Examination:
         self.mechanism, self.motion, self.drives = mechanism, motion, tuple(drives)
         every = tuple(mechanism.actuators)
         self._members = [[every.index(a) for a in mechanism.drive(d)] for d in self.drives]
-        self._reader = LabelReader(mechanism)
+        self._labels = mechanism.facts.labels
         self._units = np.where(mechanism.revolving, 1.0, mechanism.length)
         sliding = np.array([a.prismatic for a in mechanism.actuators.values()])
         self._act = np.where(sliding, mechanism.length, 1.0)
@@ -176,8 +173,8 @@ class _Examination:
         """Indices of new points at the times, each solved from a point near it."""
         values, mechanism, first = self.motion.at(time), self.mechanism, len(self.time)
         q, ok = np.full((len(time), mechanism.model.nq), np.nan), np.zeros(len(time), dtype=bool)
-        slopes, holds = self._reader.read(self.q[near])
-        told = holds & labels(mechanism).complete
+        slopes, holds = self._labels.read_rows(self.q[near])
+        told = holds & self._labels.complete
         # The motion is in the mode of its samples, which need not be that of home.
         modes = np.sign(slopes)
         for mode in np.unique(modes[told], axis=0):
@@ -230,7 +227,7 @@ class _Examination:
     def _margins(self, q: Array, ok: Array) -> Array:
         """(N, m) distances to stops and cones and slopes of limbs, positive where all is well."""
         filled = np.where(ok[:, None], q, self.mechanism.home.q)
-        out: Array = np.abs(self._reader.read(filled)[0])
+        out: Array = np.abs(self._labels.read_rows(filled)[0])
         if self._limits:
             out = np.hstack([out, self._stops(filled)])
         out[~ok] = np.nan
@@ -250,7 +247,7 @@ class _Examination:
 
     def _sigmas(self, jacobian: Array) -> Array:
         """(N, n_drives) smallest singular value of each drive's Jacobian, dimensionless."""
-        scaled = jacobian / self._act[:, None] * output_scale(self.mechanism)
+        scaled = jacobian / self._act[:, None] * self.mechanism.output_scale
         out = np.full((len(jacobian), len(self._members)), np.nan)
         fine = np.isfinite(scaled).all(axis=(1, 2))
         for k, members in enumerate(self._members):
@@ -313,7 +310,7 @@ class _Examination:
         """Outputs (pieces, 9, n) without jumps, dimensionless: rotations as quaternions."""
         kind = self.mechanism.outputs.kind
         if kind not in ("orientation", "pose"):
-            return np.asarray(x / output_scale(self.mechanism))
+            return np.asarray(x / self.mechanism.output_scale)
         turns = x[..., -3:]
         q = quaternions(turns.reshape(-1, 3)).reshape(*turns.shape[:2], 4)
         q = q * np.where((q * q[:, :1]).sum(axis=2, keepdims=True) < 0.0, -1.0, 1.0)

@@ -36,7 +36,7 @@ from pinmech.numeric import file_path, names_of, numbers, one_of, positive, show
 from pinmech.units import Quantity, heading
 
 if TYPE_CHECKING:
-    from pinmech.mechanism.mechanism import Outputs
+    from pinmech.structure.inputs_outputs import Outputs
 
 Array = np.ndarray
 

@@ -22,7 +22,7 @@ from pinmech.units import NUMBER, UNITS, Quantity, heading
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pinmech.mechanism.mechanism import Outputs
+    from pinmech.structure.inputs_outputs import Outputs
 
 Array = np.ndarray
 

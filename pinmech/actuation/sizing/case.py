@@ -15,9 +15,9 @@ from pinmech.actuation.forces.loads import Loads, Payload
 from pinmech.actuation.motion import profiles
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.errors import InputError, UnknownNameError
-from pinmech.mechanism.mechanism import Mechanism, Outputs
-from pinmech.mechanism.state import check_mechanism
+from pinmech.mechanism.mechanism import Mechanism, check_mechanism
 from pinmech.numeric import names_of, shown
+from pinmech.structure.inputs_outputs import Outputs
 
 Motion = Trajectory | profiles.Profile
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from pinmech.actuation.sizing.case import Case
 from pinmech.actuation.sizing.case_builder import CaseBuilder
 from pinmech.actuation.sizing.case_schema import CaseSpec
+from pinmech.description.library import data_folder, is_file, is_folder
 from pinmech.description.yamlfile import parse, read_text, structural_faults
 from pinmech.errors import CaseError, Fault, InputError, UnknownNameError
 from pinmech.numeric import file_path
-from pinmech.structure.loading import data_folder, is_file, is_folder
 
 
 def cases() -> list[str]:

@@ -10,7 +10,8 @@ from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.actuation.sizing.case_faults import FoundFaults, Location
 from pinmech.actuation.sizing.case_schema import SlewSpec, SweepSpec
 from pinmech.errors import suggest
-from pinmech.mechanism.mechanism import Mechanism, Outputs
+from pinmech.mechanism.mechanism import Mechanism
+from pinmech.structure.inputs_outputs import Outputs
 from pinmech.units import UNITS
 
 

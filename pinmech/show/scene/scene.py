@@ -8,9 +8,8 @@ import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.outputs import describe
+from pinmech.equations.outputs import describe, output_values
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import output_values
 from pinmech.show import palette
 from pinmech.show.scene import shapes
 from pinmech.structure.closures import Loop, gap, relative_placement

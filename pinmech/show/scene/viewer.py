@@ -15,8 +15,7 @@ from meshcat.commands import SetAnimation
 from pinmech.errors import InputError
 from pinmech.files.atomic import write_text
 from pinmech.kinematics.solution import Path
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState, Mechanism
 from pinmech.numeric import flag, numbers, positive, shown
 from pinmech.show.scene import shapes
 from pinmech.show.scene.animation import Animation, good_rows, make_animation
@@ -25,7 +24,7 @@ from pinmech.show.scene.page import page
 from pinmech.show.scene.recorder import Recorder, new_visualizer
 from pinmech.show.scene.scene import Scene, loop_gaps
 from pinmech.show.scene.timing import paced, time_axis
-from pinmech.structure.same_geometry import same_geometry
+from pinmech.structure.structure import same_geometry
 from pinmech.units import Quantity
 
 Array = np.ndarray

@@ -11,7 +11,7 @@ import numpy as np
 
 from pinmech.equations.outputs import describe
 from pinmech.errors import MissingExtraError
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState
 from pinmech.units import Quantity
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.motions import input_mobility
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.show import quantities
 from pinmech.show.terminal.console import degrees_or_mm, print_line, table
@@ -29,7 +28,7 @@ def print_info(mechanism: Mechanism, to: Console) -> None:
         ("name", mechanism.name),
         ("source", mechanism.source),
         ("file", str(mechanism.path or "")),
-        ("degrees of freedom", str(input_mobility(mechanism))),
+        ("degrees of freedom", str(mechanism.facts.freedoms)),
         ("moving mass", f"{pin.computeTotalMass(mechanism.model):.4g} kg"),
         ("outputs", f"{', '.join(mechanism.outputs)} ({mechanism.outputs.kind})"),
         ("platform", mechanism.platform),

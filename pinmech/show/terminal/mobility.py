@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pinmech.analysis.mobility import Mobility
 from pinmech.analysis.screws import LimbScrews
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState
 from pinmech.show.terminal.console import place, print_line, table
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pinmech.analysis.singularity import Singularity
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState
 from pinmech.show.terminal.console import place, print_line, signed, table
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pinmech.kinematics.solution import Solution
-from pinmech.mechanism.state import ClosedState
+from pinmech.mechanism.mechanism import ClosedState
 from pinmech.show import quantities
 from pinmech.show.terminal.console import degrees_or_mm, print_line, table
 

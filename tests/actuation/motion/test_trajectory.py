@@ -18,7 +18,7 @@ from pinmech.actuation.motion.rotations import (
 )
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.errors import InputError, TrajectoryError
-from pinmech.mechanism.mechanism import Outputs
+from pinmech.structure.inputs_outputs import Outputs
 
 ANGLES = Outputs("joints", ("alpha", "beta"), (3, 4), (True, True))
 MIXED = Outputs("joints", ("z", "alpha"), (0, 1), (False, True))

@@ -1,4 +1,4 @@
-"""Finding the scalar equation of each limb (:mod:`pinmech.equations.limbequation`).
+"""Finding the scalar equation of each limb (:mod:`pinmech.equations.limb_equation`).
 
 Candidates are all distances, angles and heights between points and lines that the drawing has on
 the two bodies: joint centres and axes, closure frames, points where axes meet. One is taken when
@@ -21,17 +21,17 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.equations.chains import Axis, Chain, joint_axis
-from pinmech.equations.limbequation import (
+from pinmech.equations.limb_equation import (
     HOLDS,
     Expansion,
     Feature,
     LimbEquation,
     Pose,
 )
-from pinmech.equations.samples import samples
+from pinmech.equations.samples import Samples
 from pinmech.equations.scaling import RANK, scaled_closure_jacobian, scaled_output_jacobian
-from pinmech.mechanism.mechanism import Mechanism
 from pinmech.structure.limbs import Limb
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
@@ -57,9 +57,9 @@ class Known:
         directions: id of the body whose orientation alone they fix, or None.
     """
 
-    def __init__(self, mechanism: Mechanism, kept: bool) -> None:
-        model, outputs = mechanism.model, mechanism.outputs
-        held, platform = set(outputs.coordinates), mechanism.platform_frame
+    def __init__(self, structure: Structure, kept: bool) -> None:
+        model, outputs = structure.model, structure.outputs
+        held, platform = set(outputs.coordinates), structure.platform_frame
         bodies = [0]
         for body in range(1, model.njoints):
             if set(Chain(model, body).coordinates) <= held:
@@ -91,19 +91,18 @@ class _Held(NamedTuple):
 class LimbSearch:
     """The search on one mechanism, with its samples and their poses."""
 
-    def __init__(self, mechanism: Mechanism, known: Known) -> None:
-        self.mechanism, self.known = mechanism, known
-        found = samples(mechanism)
-        self.q, self.near = found.q, found.near
+    def __init__(self, structure: Structure, known: Known, samples: Samples) -> None:
+        self.structure, self.known = structure, known
+        self.q, self.near = samples.q, samples.near
         self._poses: dict[int, Pose] = {}
         self._marks: dict[int, tuple[list[Array], list[Array]]] = {}
-        self._data = mechanism.model.createData()
-        self._faith = _own_motion(mechanism, self.q)
+        self._data = structure.model.createData()
+        self._faith = _own_motion(structure, self.q)
 
     def pose(self, body: int) -> Pose:
         """Poses of a body at the samples."""
         if body not in self._poses:
-            self._poses[body] = Chain(self.mechanism.model, body).poses(self.q)
+            self._poses[body] = Chain(self.structure.model, body).poses(self.q)
         return self._poses[body]
 
     def points(self, body: int) -> list[Array]:
@@ -116,7 +115,7 @@ class LimbSearch:
 
     def _drawn(self, body: int) -> tuple[list[Array], list[Array]]:
         if body not in self._marks:
-            self._marks[body] = drawn_on(self.mechanism, body)
+            self._marks[body] = drawn_on(self.structure, body)
         return self._marks[body]
 
     def find(self, limb: Limb, coordinate: int) -> LimbEquation | None:
@@ -131,7 +130,7 @@ class LimbSearch:
         return best
 
     def _candidates(self, limb: Limb, coordinate: int) -> Iterator[LimbEquation]:
-        model = self.mechanism.model
+        model = self.structure.model
         joint = next(j for j in range(1, model.njoints) if model.joints[j].idx_v == coordinate)
         axis = joint_axis(model, self._data, joint)
         parent = model.parents[joint]
@@ -150,7 +149,7 @@ class LimbSearch:
         self, limb: Limb, axis: Axis, moved: int, held: _Held
     ) -> Iterator[LimbEquation]:
         """θ moves one body relative to a known one: features to all known bodies."""
-        length, direction, centre = self.mechanism.length, held.direction, held.centre
+        length, direction, centre = self.structure.length, held.direction, held.centre
         for feature in self._features(limb, moved):
             if feature.kind == "depth":
                 feature = replace(feature, foot=centre)
@@ -184,7 +183,7 @@ class LimbSearch:
 
     def _between(self, limb: Limb, axis: Axis) -> Iterator[LimbEquation]:
         """θ lies inside the limb: a quantity between two known bodies depends on θ alone."""
-        at, length = self.q[:, axis.coordinate], self.mechanism.length
+        at, length = self.q[:, axis.coordinate], self.structure.length
         if axis.revolute:
             columns = np.column_stack([np.cos(at), np.sin(at), np.ones_like(at)])
         else:
@@ -252,7 +251,7 @@ class LimbSearch:
 
     def _constant(self, feature: Feature) -> float | None:
         """What a feature stays at; None when it does not."""
-        length = self.mechanism.length
+        length = self.structure.length
         unit = {"distance": length**2, "angle": 1.0}.get(feature.kind, length)
         values = feature.value(self.pose)
         off = np.abs(values - values[0]) / unit
@@ -277,18 +276,15 @@ class LimbSearch:
         return equation.expand(self.q, self.pose)
 
 
-def _own_motion(mechanism: Mechanism, rows: Array) -> Array:
+def _own_motion(structure: Structure, rows: Array) -> Array:
     """(N, nv) for each coordinate the part of its column of [K; J_out], scaled, that no other
     column can undo: 0 where the coordinate can move with the outputs held."""
-    out = np.zeros((len(rows), mechanism.model.nv))
-    with mechanism.scratch() as system:
+    out = np.zeros((len(rows), structure.model.nv))
+    with structure.scratch() as system:
         for k, q in enumerate(rows):
-            system.evaluate(q)
+            at = system.evaluate(q)
             stacked = np.vstack(
-                [
-                    scaled_closure_jacobian(mechanism, system),
-                    scaled_output_jacobian(mechanism, system),
-                ]
+                [scaled_closure_jacobian(structure, at), scaled_output_jacobian(structure, at)]
             )
             _, values, vt = np.linalg.svd(stacked, full_matrices=False)
             kept = values > RANK * values[0]
@@ -298,29 +294,29 @@ def _own_motion(mechanism: Mechanism, rows: Array) -> Array:
     return out
 
 
-def drawn_on(mechanism: Mechanism, body: int) -> tuple[list[Array], list[Array]]:
+def drawn_on(structure: Structure, body: int) -> tuple[list[Array], list[Array]]:
     """Points and unit directions of a body that the drawing has: centres and axes of its joints and
     closures, points where axes meet, lines between its points, the axes of its frames."""
-    model, data = mechanism.model, mechanism.model.createData()
-    points, lines = joints_on(mechanism, body)
+    model, data = structure.model, structure.model.createData()
+    points, lines = joints_on(structure, body)
     for joint in range(1, model.njoints):
         if joint == body or model.parents[joint] == body:
             axis = joint_axis(model, data, joint)
             if axis.revolute:
                 # What lies on a joint's axis belongs to both of its bodies.
                 place = pin.SE3.Identity() if joint == body else model.jointPlacements[joint]
-                points += [place.act(spot) for spot in _meetings(mechanism, joint, axis.direction)]
+                points += [place.act(spot) for spot in _meetings(structure, joint, axis.direction)]
     frames = [
         end.placement.rotation
-        for loop in mechanism.loops.values()
+        for loop in structure.loops.values()
         for end in loop.frames
         if end.joint == body and loop.type != "spherical"
     ]
-    platform = mechanism.platform_frame
+    platform = structure.platform_frame
     if body == platform.joint:
         points.append(platform.origin)
         frames.append(platform.placement.rotation)
-    points = _distinct(points, 1e-9 * mechanism.length)
+    points = _distinct(points, 1e-9 * structure.length)
     if body != 0:
         pairs = combinations(points, 2)
         lines += [(one - two) / np.linalg.norm(one - two) for one, two in pairs]
@@ -333,9 +329,9 @@ def drawn_on(mechanism: Mechanism, body: int) -> tuple[list[Array], list[Array]]
     return points[:_MANY], kept[:_MANY]
 
 
-def joints_on(mechanism: Mechanism, body: int) -> tuple[list[Array], list[Array]]:
+def joints_on(structure: Structure, body: int) -> tuple[list[Array], list[Array]]:
     """Centres (3,) [m] and unit axes (3,) of the joints and closures of a body, in its axes."""
-    model, data = mechanism.model, mechanism.model.createData()
+    model, data = structure.model, structure.model.createData()
     points: list[Array] = []
     lines: list[Array] = []
     for joint in range(1, model.njoints):
@@ -344,7 +340,7 @@ def joints_on(mechanism: Mechanism, body: int) -> tuple[list[Array], list[Array]
         place = pin.SE3.Identity() if joint == body else model.jointPlacements[joint]
         points.append(np.array(place.translation))
         lines.append(place.rotation @ joint_axis(model, data, joint).direction)
-    for loop in mechanism.loops.values():
+    for loop in structure.loops.values():
         for end in loop.frames:
             if end.joint == body:
                 points.append(end.origin)
@@ -353,9 +349,9 @@ def joints_on(mechanism: Mechanism, body: int) -> tuple[list[Array], list[Array]
     return points, lines
 
 
-def _meetings(mechanism: Mechanism, joint: int, axis: Array) -> list[Array]:
+def _meetings(structure: Structure, joint: int, axis: Array) -> list[Array]:
     """Points of a joint's axis where the axes of joints and closures on its body meet it."""
-    model, data = mechanism.model, mechanism.model.createData()
+    model, data = structure.model, structure.model.createData()
     lines: list[tuple[Array, Array]] = []
     found = []
     for child in range(1, model.njoints):
@@ -363,13 +359,13 @@ def _meetings(mechanism: Mechanism, joint: int, axis: Array) -> list[Array]:
             place, other = model.jointPlacements[child], joint_axis(model, data, child)
             if other.revolute:
                 lines.append((np.array(place.translation), place.rotation @ other.direction))
-    for loop in mechanism.loops.values():
+    for loop in structure.loops.values():
         for frame in loop.frames:
             if frame.joint != joint:
                 continue
             if loop.type == "spherical":
                 foot = float(frame.origin @ axis) * axis
-                if np.linalg.norm(frame.origin - foot) < 1e-9 * mechanism.length:
+                if np.linalg.norm(frame.origin - foot) < 1e-9 * structure.length:
                     found.append(foot)
             elif loop.type in ("revolute", "universal"):
                 lines.append((frame.origin, np.array(frame.placement.rotation[:, 2])))
@@ -380,7 +376,7 @@ def _meetings(mechanism: Mechanism, joint: int, axis: Array) -> list[Array]:
             continue
         foot = float(np.cross(origin, way) @ across) / size * axis
         there = origin + float(np.cross(origin, axis) @ across) / size * way
-        if np.linalg.norm(foot - there) < 1e-9 * mechanism.length:
+        if np.linalg.norm(foot - there) < 1e-9 * structure.length:
             found.append(foot)
     return found
 

@@ -1,7 +1,7 @@
 """The equations of each limb with the outputs held.
 
 With the outputs held the platform stands still and the limbs move independently of each other, so
-the equations in the remaining coordinates fall into one block per limb: its closure rows and, for
+the equations in the remaining coordinates fall apart, limb by limb: its closure rows and, for
 the limb through which the tree reaches the platform, the six rows of the platform's pose.
 """
 
@@ -11,22 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.equations.memo import per_mechanism
 from pinmech.equations.scaling import (
     frame_twist,
     null_space,
     scaled_closure_jacobian,
     scaled_output_jacobian,
-    velocity_scale,
 )
-from pinmech.mechanism.mechanism import Mechanism
-from pinmech.structure.closures import ClosureSystem
+from pinmech.structure.closures import Configuration
+from pinmech.structure.structure import Structure
 
 Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Block:
+class LimbRows:
     """The equations of one limb with the outputs held.
 
     Attributes:
@@ -53,62 +51,55 @@ class Block:
         return len(self.free) == 0
 
 
-@per_mechanism
-def independent(mechanism: Mechanism) -> bool:
-    """True when, with the outputs held, no feasible velocity at home moves the platform."""
-    with mechanism.scratch() as system:
-        system.evaluate(mechanism.home.q)
+def limbs_separate(structure: Structure, home: Array) -> bool:
+    """True when, with the outputs held, no feasible velocity at home (nq,) moves the platform."""
+    with structure.scratch() as system:
+        at = system.evaluate(home)
         held = np.vstack(
-            [
-                scaled_closure_jacobian(mechanism, system),
-                scaled_output_jacobian(mechanism, system),
-            ]
+            [scaled_closure_jacobian(structure, at), scaled_output_jacobian(structure, at)]
         )
         # Dimensionless both: radians, and metres over the characteristic length.
-        twist = _platform_twist(mechanism, system) * velocity_scale(mechanism) / mechanism.length
+        twist = _platform_twist(structure, at) * structure.velocity_scale / structure.length
         return bool(np.abs(twist @ null_space(held)).max(initial=0.0) < 1e-6)
 
 
-def holds_platform(mechanism: Mechanism) -> bool:
+def holds_platform(structure: Structure) -> bool:
     """True when holding the output joints holds the platform by itself: every joint between base
     and platform in the tree is an output."""
-    held = set(mechanism.outputs.coordinates)
-    return mechanism.outputs.kind == "joints" and chain_to_platform(mechanism) <= held
+    held = set(structure.outputs.coordinates)
+    return structure.outputs.kind == "joints" and chain_to_platform(structure) <= held
 
 
-def chain_to_platform(mechanism: Mechanism) -> set[int]:
+def chain_to_platform(structure: Structure) -> set[int]:
     """Coordinates between base and platform in the tree."""
-    model, body, found = mechanism.model, mechanism.platform_frame.joint, set()
+    model, body, found = structure.model, structure.platform_frame.joint, set()
     while body != 0:
         found.add(model.joints[body].idx_v)
         body = model.parents[body]
     return found
 
 
-def _platform_twist(mechanism: Mechanism, system: ClosureSystem) -> Array:
+def _platform_twist(structure: Structure, at: Configuration) -> Array:
     """(6, nv) platform twist per joint velocity, all in metres (angles times the length)."""
-    twist = frame_twist(mechanism, system, mechanism.platform_frame)
-    twist[3:] *= mechanism.length
+    twist = frame_twist(at, structure.platform_frame)
+    twist[3:] *= structure.length
     return twist
 
 
-@per_mechanism
-def blocks(mechanism: Mechanism) -> tuple[Block, ...]:
-    """One block per limb, the one that carries the platform first: the others hang on it. Empty
-    when limbs do not separate."""
-    if not independent(mechanism):
-        return ()
-    held, chain = set(mechanism.outputs.coordinates), chain_to_platform(mechanism)
+def limb_rows(structure: Structure) -> tuple[LimbRows, ...]:
+    """Those of every limb, the one that carries the platform first: the others hang on it. For
+    structures whose limbs separate."""
+    held, chain = set(structure.outputs.coordinates), chain_to_platform(structure)
     found = []
-    for limb in mechanism.limbs.values():
-        rows = [np.arange(*mechanism.loops[name].rows.indices(10**9)) for name in limb.loops]
+    for limb in structure.limbs.values():
+        rows = [np.arange(*structure.loops[name].rows.indices(10**9)) for name in limb.loops]
         free = np.array(sorted(set(limb.coordinates) - held), dtype=int)
         found.append(
-            Block(
+            LimbRows(
                 limb.name,
                 np.concatenate(rows) if rows else np.zeros(0, dtype=int),
                 free,
                 carries=chain <= set(limb.coordinates) and bool(chain & set(free.tolist())),
             )
         )
-    return tuple(sorted(found, key=lambda block: not block.carries))
+    return tuple(sorted(found, key=lambda rows: not rows.carries))

@@ -1,6 +1,6 @@
 """Solving one limb at a time with the platform held: where it is in a working mode, or why not.
 
-The limb's equation (:mod:`pinmech.equations.limbequation`) gives the actuator at once, or says
+The limb's equation (:mod:`pinmech.equations.limb_equation`) gives the actuator at once, or says
 that there is no value for it. What is left are passive joints, for which Newton is started from
 where they are and from random values.
 """
@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.cones import cone_breaches, limited_loops
-from pinmech.equations.labels import Labels, labels
-from pinmech.equations.limbequation import (
+from pinmech.equations.approach import minimise, nearest
+from pinmech.equations.cones import cone_breaches
+from pinmech.equations.limb_equation import (
     HOLDS,
     Expansion,
     LimbEquation,
@@ -26,19 +26,19 @@ from pinmech.equations.limbequation import (
     poses_at,
     undetermined,
 )
-from pinmech.equations.limbrows import Block
-from pinmech.equations.solver import (
-    Pose,
-    Problem,
-    limit_breaches,
-    minimise,
-    nearest,
-    newton,
-    wrap_towards,
-)
+from pinmech.equations.limb_rows import LimbRows
+from pinmech.equations.limits import limit_breaches, wrap_towards
+from pinmech.equations.newton import newton
+from pinmech.equations.problem import Pose, Problem
 from pinmech.equations.starts import starts
+from pinmech.kinematics.solution import Status
 from pinmech.mechanism.mechanism import Mechanism
-from pinmech.structure.closures import ClosureSystem, relative_placement, sense_fault
+from pinmech.structure.closures import (
+    ClosureSystem,
+    Configuration,
+    relative_placement,
+    sense_fault,
+)
 
 Array = np.ndarray
 
@@ -67,7 +67,7 @@ class LimbAnswer:
         placed: (n_free,) values beyond the limits that would do when ``limit``, else None.
     """
 
-    status: str
+    status: Status
     message: str
     values: Array | None
     iterations: int
@@ -86,12 +86,22 @@ class _Beyond(NamedTuple):
 
 
 @dataclass
+class _Seen:
+    """What starts have led to that is not quite what is wanted."""
+
+    closed: bool = False  # some start closed the limb
+    turned: bool = False  # with an axis the wrong way round
+    meeting: Array | None = None  # values barely in the other mode
+    beyond: _Beyond | None = None  # values beyond limits
+
+
+@dataclass
 class LimbSolver:
     """One limb with the platform held.
 
     Attributes:
         mechanism, system: the mechanism, and scratch memory.
-        block: the limb's rows and free coordinates.
+        rows: the limb's equations and free coordinates.
         signs: (n_equations,) signs of all the mechanism's labels.
         limits: whether joint limits count.
         pose: for the limb that carries the platform where its joints are no outputs: the pose
@@ -100,27 +110,25 @@ class LimbSolver:
 
     mechanism: Mechanism
     system: ClosureSystem
-    block: Block
+    rows: LimbRows
     signs: Array
     limits: bool
     pose: Pose | None = None
     iterations: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        known: Labels = labels(self.mechanism)
+        known = self.mechanism.facts.labels
         self._equations = [
             (equation, float(sign))
             for equation, sign in zip(known.equations, self.signs, strict=True)
-            if equation.limb == self.block.limb
+            if equation.limb == self.rows.limb
         ]
-        self._problem = Problem(
-            self.mechanism, self.block.free, rows=self.block.rows, pose=self.pose
-        )
+        self._problem = Problem(self.mechanism, self.rows.free, rows=self.rows.rows, pose=self.pose)
 
     def solve(self, q: Array) -> LimbAnswer:
         """The limb in the mode of the signs; ``q`` (nq,) has the outputs held, the platform in its
         place as far as it does not hang on this limb, and everything else as a guess."""
-        if self.block.empty:
+        if self.rows.empty:
             return LimbAnswer("ok", "", np.zeros(0), 0)
         refusal: LimbAnswer | None = None
         wanted = self._equations
@@ -135,72 +143,83 @@ class LimbSolver:
 
     def _choices(self, equation: LimbEquation, sign: float) -> tuple[float, ...]:
         """The signs that will do: any where none is asked for, that of home first."""
-        known = labels(self.mechanism)
+        known = self.mechanism.facts.labels
         home = float(known.home[known.equations.index(equation)])
         return (sign,) if sign else (home, -home)
 
     def _solve(self, q: Array) -> LimbAnswer:
-        block = self.block
         try:
             guess, rootless = self._rooted(q)
         except _UndeterminedError as loose:
             return self._fail("singular", str(loose))
         if rootless:
             return self._refusal(q, guess)
-        meeting: Array | None = None
-        beyond: _Beyond | None = None
-        found, turned = False, False
+        seen = _Seen()
         for number, trial in enumerate(self._starts(guess)):
-            if number >= _STARTS and (beyond is not None or meeting is not None):
+            if number >= _STARTS and (seen.beyond is not None or seen.meeting is not None):
                 break
-            if number == _DOUBTFUL and not (found or self._equations):
+            if number == _DOUBTFUL and not (seen.closed or self._equations):
                 answer = self._refusal(q, guess)
                 if answer.status != "not_converged":
                     return answer
-            if not self._close(trial):
-                continue
-            found = True
-            if self._turned_round():
-                turned = True
-                continue
-            agreement = self._agreement(trial)
-            if agreement < -_BOTH:
-                continue
-            wrap_towards(self.mechanism, trial, q, block.free)
-            breaches = self._breaches(trial)
-            if breaches:
-                # Of the solutions beyond limits the one that is least so: first of all, it should
-                # not have a passive joint flipped through its lock.
-                over = _beyond(self.mechanism, trial, block.free)
-                if beyond is None or over < beyond.over:
-                    beyond = _Beyond(over, breaches[0], trial[block.free])
-            elif agreement < 0.0:
-                # Barely in the other mode: good enough only if no start does better.
-                meeting = trial[block.free] if meeting is None else meeting
-            else:
-                return self._ok(trial[block.free])
-        if meeting is not None:
-            return self._ok(meeting)
-        if beyond is not None and not self.limits:
-            return self._ok(beyond.values)
-        if beyond is not None:
-            message = f"limb {block.limb} would need {beyond.text}"
-            return LimbAnswer("limit", message, None, self.iterations, placed=beyond.values)
-        if not found:
+            if self._suits(trial, q, seen):
+                return self._ok(trial[self.rows.free])
+        return self._second_best(q, guess, seen)
+
+    def _suits(self, trial: Array, q: Array, seen: _Seen) -> bool:
+        """Close the limb from a start, in place; True when that is the answer. What is only nearly
+        one is noted in ``seen``."""
+        at = self._close(trial)
+        if at is None:
+            return False
+        seen.closed = True
+        if self._turned_round(at):
+            seen.turned = True
+            return False
+        agreement = self._agreement(at)
+        if agreement < -_BOTH:
+            return False
+        free = self.rows.free
+        wrap_towards(self.mechanism, trial, q, free)
+        breaches = self._breaches(trial)
+        if breaches:
+            # Of the solutions beyond limits the one that is least so: first of all, it should
+            # not have a passive joint flipped through its lock.
+            over = _beyond(self.mechanism, trial, free)
+            if seen.beyond is None or over < seen.beyond.over:
+                seen.beyond = _Beyond(over, breaches[0], trial[free])
+            return False
+        if agreement < 0.0:
+            # Barely in the other mode: good enough only if no start does better.
+            seen.meeting = trial[free] if seen.meeting is None else seen.meeting
+            return False
+        return True
+
+    def _second_best(self, q: Array, guess: Array, seen: _Seen) -> LimbAnswer:
+        """The answer where no start gave what was wanted."""
+        limb = self.rows.limb
+        if seen.meeting is not None:
+            return self._ok(seen.meeting)
+        if seen.beyond is not None:
+            if not self.limits:
+                return self._ok(seen.beyond.values)
+            message = f"limb {limb} would need {seen.beyond.text}"
+            return LimbAnswer("limit", message, None, self.iterations, placed=seen.beyond.values)
+        if not seen.closed:
             return self._refusal(q, guess)
         if self._in_another_mode(q):
-            return self._fail("wrong_mode", f"limb {block.limb} {_ELSEWHERE}")
-        if turned:
+            return self._fail("wrong_mode", f"limb {limb} {_ELSEWHERE}")
+        if seen.turned:
             message = "was found closed only with the axes of a joint turned round"
-            return self._fail("not_converged", f"limb {block.limb} {message}")
+            return self._fail("not_converged", f"limb {limb} {message}")
         # On the edge of reach Newton converges slowly: what is left is the rounding of the pose.
-        message = f"limb {block.limb} is on the edge of its reach and did not converge"
+        message = f"limb {limb} is on the edge of its reach and did not converge"
         return self._fail("not_converged", message)
 
     def _refusal(self, q: Array, guess: Array) -> LimbAnswer:
         """Why there is no solution: another mode has one, or none has."""
         if self._in_another_mode(q):
-            return self._fail("wrong_mode", f"limb {self.block.limb} {_ELSEWHERE}")
+            return self._fail("wrong_mode", f"limb {self.rows.limb} {_ELSEWHERE}")
         return self._unreachable(guess)
 
     def _in_another_mode(self, q: Array) -> bool:
@@ -211,24 +230,29 @@ class LimbSolver:
                 if all(sign == 1.0 for sign in signs):
                     continue
                 self._equations = [(e, s * f) for (e, s), f in zip(wanted, signs, strict=True)]
-                try:
-                    guess, rootless = self._rooted(q)
-                except _UndeterminedError:
-                    return False
-                if rootless:
-                    continue
-                for trial in islice(self._starts(guess), _FEW):
-                    closes = self._close(trial) and not self._turned_round()
-                    if closes and self._agreement(trial) >= -_BOTH:
-                        return True
+                if self._closes(q):
+                    return True
+        except _UndeterminedError:
+            return False
         finally:
             self._equations = wanted
         return False
 
-    def _poses(self, equation: LimbEquation) -> Poses:
+    def _closes(self, q: Array) -> bool:
+        """True when a few starts close the limb with the present signs."""
+        guess, rootless = self._rooted(q)
+        if rootless:
+            return False
+        for trial in islice(self._starts(guess), _FEW):
+            at = self._close(trial)
+            if at is not None and not self._turned_round(at) and self._agreement(at) >= -_BOTH:
+                return True
+        return False
+
+    def _poses(self, equation: LimbEquation, data: pin.Data) -> Poses:
         """Poses of the bodies, with the platform where it shall be, and with it the body that the
         equation's joint hangs on the platform."""
-        data, plain = self.system.data, poses_at(self.system.data)
+        plain = poses_at(data)
         if self.pose is None:
             return plain
         frame = self.mechanism.platform_frame
@@ -248,11 +272,10 @@ class LimbSolver:
         """
         out = q.copy()
         for equation, sign in self._equations:
-            self.system.evaluate(out)
-            terms = equation.expand(out[None], self._poses(equation))
+            terms = equation.expand(out[None], self._poses(equation, self.system.place(out)))
             if undetermined(terms):
                 raise _UndeterminedError(
-                    f"type 1 singularity of limb {self.block.limb}: the outputs do not determine "
+                    f"type 1 singularity of limb {self.rows.limb}: the outputs do not determine "
                     "where it is"
                 )
             step = float(equation.roots(terms, sign)[0])
@@ -263,75 +286,76 @@ class LimbSolver:
                     return out, True
             else:
                 out[equation.coordinate] += step
-        wrap_towards(self.mechanism, out, q, self.block.free)
+        wrap_towards(self.mechanism, out, q, self.rows.free)
         return out, False
 
     def _starts(self, guess: Array) -> Iterator[Array]:
         """Guesses: the labelled coordinates at their roots, the others spread."""
-        block = self.block
-        centre, half = guess[block.free], _STARTS // 2
+        free = self.rows.free
+        centre, half = guess[free], _STARTS // 2
         most = _MOST_STARTS // 2
-        within = starts(self.mechanism, block.free, centre, most, limits=self.limits)
-        beyond = starts(self.mechanism, block.free, centre, most, limits=None)
+        within = starts(self.mechanism, free, centre, most, limits=self.limits)
+        beyond = starts(self.mechanism, free, centre, most, limits=None)
         rest = chain.from_iterable(zip(within[half:], beyond[half:], strict=True))
         for values in (*within[:half], *beyond[1:half], *rest):
             trial = guess.copy()
-            trial[block.free] = values
+            trial[free] = values
             for equation, _ in self._equations:
                 trial[equation.coordinate] = guess[equation.coordinate]
             yield trial
 
-    def _close(self, trial: Array) -> bool:
-        """Newton in place: first the passive joints, with the labelled ones held, then all."""
+    def _close(self, trial: Array) -> Configuration | None:
+        """Newton in place: first the passive joints, with the labelled ones held, then all. None
+        where it does not close."""
         labelled = [equation.coordinate for equation, _ in self._equations]
-        rest = np.array([k for k in self.block.free if k not in labelled], dtype=int)
+        rest = np.array([k for k in self.rows.free if k not in labelled], dtype=int)
         if labelled and len(rest):
-            problem = Problem(self.mechanism, rest, rows=self.block.rows, pose=self.pose)
+            problem = Problem(self.mechanism, rest, rows=self.rows.rows, pose=self.pose)
             run = newton(problem, self.system, trial, iterations=40)
             self.iterations += run.iterations
             if not run.residual < _NEARLY:
-                return False
+                return None
         run = newton(self._problem, self.system, trial, iterations=40)
         self.iterations += run.iterations
-        return run.converged
+        return run.at if run.converged else None
 
-    def _agreement(self, q: Array) -> float:
+    def _agreement(self, at: Configuration) -> float:
         """The least slope times the sign that it should have; _OFF where an equation does not
         hold."""
         least = 1.0
         for equation, sign in self._equations:
-            slope, off = equation.read(q, self.system.data)
+            slope, off = equation.read(at)
             least = min(least, slope * sign if abs(off) < HOLDS else _OFF)
         return least
 
     def _breaches(self, q: Array) -> list[str]:
         """The limit breaches of this limb's joints, ball joints and universal joints included."""
         part = np.clip(q, self.mechanism.lower, self.mechanism.upper)
-        part[self.block.free] = q[self.block.free]
+        part[self.rows.free] = q[self.rows.free]
         found = limit_breaches(self.mechanism, part, cones=False)
-        if self.limits and limited_loops(self.mechanism):
-            loops = self.mechanism.limbs[self.block.limb].loops
+        if self.limits and self.mechanism.cones:
+            loops = self.mechanism.limbs[self.rows.limb].loops
             found += cone_breaches(self.mechanism, q, loops)
         return found
 
-    def _turned_round(self) -> bool:
+    def _turned_round(self, at: Configuration) -> bool:
         """True when the limb closes with two axes in opposite directions, as no real joint does."""
-        loops = self.mechanism.limbs[self.block.limb].loops
+        loops = self.mechanism.limbs[self.rows.limb].loops
         return any(
-            sense_fault(loop, relative_placement(loop, self.system.data)) is not None
+            sense_fault(loop, relative_placement(loop, at.data)) is not None
             for loop in (self.mechanism.loops[name] for name in loops)
         )
 
     def _unreachable(self, guess: Array) -> LimbAnswer:
         """How far the limb is from closing; status ``not_converged`` when it does close."""
-        problem, block = self._problem, self.block
+        problem, free = self._problem, self.rows.free
         # With the labelled joint as near as it gets, few starts are enough.
         count = 2 if self._equations else _MINIMA
-        tried = starts(self.mechanism, block.free, guess[block.free], _MINIMA, limits=None)
+        tried = starts(self.mechanism, free, guess[free], _MINIMA, limits=None)
         best, closest, expected = np.inf, guess, self._expected(guess)
         for values in tried[:count]:
             trial = guess.copy()
-            trial[block.free] = values
+            trial[free] = values
             left = minimise(problem, self.system, trial, iterations=60, stall=1e-4)
             self.iterations += 1
             if left < best:
@@ -340,13 +364,13 @@ class LimbSolver:
                 break
         short = nearest(problem, self.system, closest) * problem.length if best > 1e-9 else 0.0
         if short > 1e-9 * problem.length:
-            message = f"limb {block.limb} cannot reach: {1e3 * short:.4g} mm short"
+            message = f"limb {self.rows.limb} cannot reach: {1e3 * short:.4g} mm short"
             return LimbAnswer("unreachable", message, None, self.iterations, short)
-        self.system.evaluate(closest)
-        if self._equations and (self._turned_round() or self._agreement(closest) == _OFF):
+        at = self.system.evaluate(closest)
+        if self._equations and (self._turned_round(at) or self._agreement(at) == _OFF):
             message = "could close only with an axis turned round or links crossed over"
-            return self._fail("unreachable", f"limb {block.limb} {message}")
-        return self._fail("not_converged", f"limb {block.limb} was not found in this mode")
+            return self._fail("unreachable", f"limb {self.rows.limb} {message}")
+        return self._fail("not_converged", f"limb {self.rows.limb} was not found in this mode")
 
     def _expected(self, guess: Array) -> float:
         """How far the limb is from closing (scaled) if it is a rod that is too short or too long, 0
@@ -356,14 +380,14 @@ class LimbSolver:
         equation = self._equations[0][0]
         if equation.feature.kind != "distance" or equation.axis is None:
             return 0.0
-        self.system.evaluate(guess)
-        square = float(equation.feature.value(self._poses(equation))[0])
+        poses = self._poses(equation, self.system.place(guess))
+        square = float(equation.feature.value(poses)[0])
         return abs(math.sqrt(square) - math.sqrt(equation.constant[2])) / self.mechanism.length
 
     def _ok(self, values: Array) -> LimbAnswer:
         return LimbAnswer("ok", "", values, self.iterations)
 
-    def _fail(self, status: str, message: str) -> LimbAnswer:
+    def _fail(self, status: Status, message: str) -> LimbAnswer:
         return LimbAnswer(status, message, None, self.iterations)
 
 

@@ -13,19 +13,21 @@ meet: at the limb's type 1 singularity. So
   does not enter, as it does in a determinant of the closure Jacobian;
 * the roots are the actuator's inverse solutions, all of them.
 
-How the sentence is found: :mod:`pinmech.equations.limbsearch`. A state in which it does not hold
+How the sentence is found: :mod:`pinmech.equations.limb_search`. A state in which it does not hold
 (a parallelogram that has crossed over) has no label.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 import pinocchio as pin
+
+from pinmech.structure.closures import Configuration
 
 Array = np.ndarray
 Pose = tuple[Array, Array]
@@ -134,13 +136,12 @@ class LimbEquation:
         out: Array = self.sense * np.cross(self.axis, lever)
         return out
 
-    def read(self, q: Array, data: pin.Data) -> tuple[float, float]:
-        """Slope and residual at the one configuration q (nq,) that ``data.oMi`` holds: the lean
-        way to what :meth:`expand` gives."""
-        feature, places = self.feature, data.oMi
+    def read(self, at: Configuration) -> tuple[float, float]:
+        """Slope and residual at one configuration: the lean way to what :meth:`expand` gives."""
+        feature, places = self.feature, at.data.oMi
         kind = feature.kind
         if self.axis is None or not (self.revolute or kind == "distance"):
-            terms = self.expand(q[None], poses_at(data))
+            terms = self.expand(at.q[None], poses_at(at.data))
             return float(terms.b[0]), float(self.residual(terms)[0])
         first = places[feature.first]
         tangent = first.rotation.dot(self._tangent)
@@ -242,6 +243,11 @@ class LimbEquation:
             return np.maximum(np.abs(c) - np.hypot(a, b), 0.0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(a == 0.0, 0.0, np.maximum(4.0 * a * c - b * b, 0.0) / np.abs(4.0 * a))
+
+
+def slopes(equations: Sequence[LimbEquation], at: Configuration) -> Array:
+    """(n_equations,) slopes at a configuration."""
+    return np.array([equation.read(at)[0] for equation in equations])
 
 
 def undetermined(terms: Expansion) -> bool:

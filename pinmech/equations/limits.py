@@ -1,0 +1,53 @@
+"""Joint limits: turning coordinates into them, and which are broken."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pinmech.equations.cones import cone_breaches
+from pinmech.structure.structure import Structure
+
+Array = np.ndarray
+
+
+def wrap_towards(structure: Structure, q: Array, start: Array, free: Array) -> None:
+    """Turn free revolute coordinates by whole turns, in place: into their limits where they have
+    limits, else as near to start as possible. The geometry stays the same."""
+    turn = 2.0 * np.pi
+    for k in free:
+        if not structure.revolving[k]:
+            continue
+        low, high, value = structure.lower[k], structure.upper[k], q[k]
+        value -= turn * np.round((value - start[k]) / turn)
+        if value < low - 1e-9 and value + turn <= high + 1e-9:
+            value += turn * np.ceil((low - 1e-9 - value) / turn)
+        elif value > high + 1e-9 and value - turn >= low - 1e-9:
+            value -= turn * np.ceil((value - high - 1e-9) / turn)
+        q[k] = value
+
+
+def limit_breaches(structure: Structure, q: Array, *, cones: bool = True) -> list[str]:
+    """Which joints are outside their limits, as readable texts: those of the tree and, with
+    ``cones``, the ball joints and universal joints of the loops.
+
+    q (nq,) may leave loops open only with ``cones=False``: an open loop has no meaningful cone.
+    """
+    beyond = cone_breaches(structure, q) if cones else []
+    if (q >= structure.lower - 1e-9).all() and (q <= structure.upper + 1e-9).all():
+        return beyond
+    texts = []
+    for k, name in enumerate(structure.joints):
+        value, low, high = q[k], structure.lower[k], structure.upper[k]
+        if low - 1e-9 <= value <= high + 1e-9:
+            continue
+        if structure.revolving[k]:
+            texts.append(
+                f"joint {name} at {np.rad2deg(value):.3g} deg "
+                f"(limits {np.rad2deg(low):.3g} .. {np.rad2deg(high):.3g} deg)"
+            )
+        else:
+            texts.append(
+                f"joint {name} at {1e3 * value:.4g} mm "
+                f"(limits {1e3 * low:.4g} .. {1e3 * high:.4g} mm)"
+            )
+    return texts + beyond
