@@ -66,7 +66,7 @@ slow: $(VENV)/.test
 	$(BIN)/python -m pytest -m slow
 
 modes: $(VENV)/.test
-	$(BIN)/python scripts/check_modes.py
+	$(BIN)/python tests/slow/check_modes.py
 
 mutants: $(VENV)/.test
 	$(BIN)/python scripts/mutate.py --out out/mutants.md

@@ -79,7 +79,7 @@ def minimise(
     return float(np.sqrt(cost)) / length
 
 
-def nearest(
+def closest_point(
     problem: Problem,
     system: ClosureSystem,
     q: Array,
@@ -144,4 +144,4 @@ def nearest_approach(
         run = newton(problem, system, trial)
         if run.converged and is_closed(structure, run.at.data):
             return 0.0
-    return nearest(problem, system, closest) * structure.length
+    return closest_point(problem, system, closest) * structure.length

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import combinations, permutations, product
+from itertools import permutations, product
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from pinmech.equations.chains import Axis, Chain, joint_axis
+from pinmech.equations.drawing import drawn_on
 from pinmech.equations.limb_equation import (
     HOLDS,
     Expansion,
@@ -44,8 +44,6 @@ _MOST = 0.5
 #: Smallest ratio of a slope to the actuator's own motion, relative to its median.
 _FAITHFUL = 0.02
 _GOOD = 0.3  # enough: look no further
-#: Points and directions of one body that are tried.
-_MANY = 24
 
 
 class Known:
@@ -150,7 +148,7 @@ class LimbSearch:
     ) -> Iterator[LimbEquation]:
         """θ moves one body relative to a known one: features to all known bodies."""
         length, direction, centre = self.structure.length, held.direction, held.centre
-        for feature in self._features(limb, moved):
+        for feature in self._features(moved):
             if feature.kind == "depth":
                 feature = replace(feature, foot=centre)
             if feature.kind == "angle" and not axis.revolute:
@@ -191,7 +189,7 @@ class LimbSearch:
         if np.linalg.matrix_rank(columns[self.near], tol=1e-6) < 3:
             return
         for body in self.known.bodies:
-            for feature in self._features(limb, body):
+            for feature in self._features(body):
                 if feature.second < body:
                     continue
                 values = feature.value(self.pose)
@@ -219,35 +217,43 @@ class LimbSearch:
                     rests_on=frozenset((feature.first, feature.second, feature.third)),
                 )
 
-    def _features(self, limb: Limb, first: int) -> Iterator[Feature]:
+    def _features(self, first: int) -> Iterator[Feature]:
         """Quantities between a body and what the outputs place, the simplest first."""
-        points, lines = self.points(first), self.lines(first)
         others = [body for body in self.known.bodies if body != first]
         for second in others:
-            spots, ways = self.points(second), self.lines(second)
-            for one, two in product(points, spots):
-                yield Feature("distance", first, second, one, two)
-            for one, two in product(lines, ways):
-                yield Feature("angle", first, second, one, two)
-            for one, way in product(points, ways):
-                yield Feature("level", first, second, one, np.zeros(3), second, way)
-            for one, two in product(lines, spots):
-                yield Feature("depth", first, second, one, two, foot=np.zeros(3))
+            yield from self._to_body(first, second)
         if self.known.point is not None:
-            second, spot = self.known.point
-            for one in points:
-                yield Feature("distance", first, second, one, spot)
-            for one in lines:
-                yield Feature("depth", first, second, one, spot, foot=np.zeros(3))
-            for one, way in product(points, self.lines(0)):
-                yield Feature("level", first, second, one, spot, 0, way)
+            yield from self._to_point(first, *self.known.point)
         if self.known.directions is not None:
             second = self.known.directions
-            for one, two in product(lines, self.lines(second)):
+            for one, two in product(self.lines(first), self.lines(second)):
                 yield Feature("angle", first, second, one, two)
         for second, third in permutations(others, 2):
-            for one, two, way in product(points, self.points(second), self.lines(third)):
+            spots, ways = self.points(second), self.lines(third)
+            for one, two, way in product(self.points(first), spots, ways):
                 yield Feature("level", first, second, one, two, third, way)
+
+    def _to_body(self, first: int, second: int) -> Iterator[Feature]:
+        """To a body whose whole pose is known."""
+        points, lines = self.points(first), self.lines(first)
+        spots, ways = self.points(second), self.lines(second)
+        for one, two in product(points, spots):
+            yield Feature("distance", first, second, one, two)
+        for one, two in product(lines, ways):
+            yield Feature("angle", first, second, one, two)
+        for one, way in product(points, ways):
+            yield Feature("level", first, second, one, np.zeros(3), second, way)
+        for one, two in product(lines, spots):
+            yield Feature("depth", first, second, one, two, foot=np.zeros(3))
+
+    def _to_point(self, first: int, second: int, spot: Array) -> Iterator[Feature]:
+        """To a body of which one point is known."""
+        for one in self.points(first):
+            yield Feature("distance", first, second, one, spot)
+        for one in self.lines(first):
+            yield Feature("depth", first, second, one, spot, foot=np.zeros(3))
+        for one, way in product(self.points(first), self.lines(0)):
+            yield Feature("level", first, second, one, spot, 0, way)
 
     def _constant(self, feature: Feature) -> float | None:
         """What a feature stays at; None when it does not."""
@@ -292,98 +298,3 @@ def _own_motion(structure: Structure, rows: Array) -> Array:
             fixed = np.abs((vt[kept] ** 2).sum(axis=0) - 1.0) < 1e-9
             out[k] = np.where(fixed, 1.0 / np.maximum(inverse, 1e-300), 0.0)
     return out
-
-
-def drawn_on(structure: Structure, body: int) -> tuple[list[Array], list[Array]]:
-    """Points and unit directions of a body that the drawing has: centres and axes of its joints and
-    closures, points where axes meet, lines between its points, the axes of its frames."""
-    model, data = structure.model, structure.model.createData()
-    points, lines = joints_on(structure, body)
-    for joint in range(1, model.njoints):
-        if joint == body or model.parents[joint] == body:
-            axis = joint_axis(model, data, joint)
-            if axis.revolute:
-                # What lies on a joint's axis belongs to both of its bodies.
-                place = pin.SE3.Identity() if joint == body else model.jointPlacements[joint]
-                points += [place.act(spot) for spot in _meetings(structure, joint, axis.direction)]
-    frames = [
-        end.placement.rotation
-        for loop in structure.loops.values()
-        for end in loop.frames
-        if end.joint == body and loop.type != "spherical"
-    ]
-    platform = structure.platform_frame
-    if body == platform.joint:
-        points.append(platform.origin)
-        frames.append(platform.placement.rotation)
-    points = _distinct(points, 1e-9 * structure.length)
-    if body != 0:
-        pairs = combinations(points, 2)
-        lines += [(one - two) / np.linalg.norm(one - two) for one, two in pairs]
-    for rotation in [*frames, np.eye(3)]:
-        lines += [*rotation.T]
-    kept: list[Array] = []
-    for way in lines:
-        if all(np.abs(np.cross(way, other)).max() > 1e-9 for other in kept):
-            kept.append(way)
-    return points[:_MANY], kept[:_MANY]
-
-
-def joints_on(structure: Structure, body: int) -> tuple[list[Array], list[Array]]:
-    """Centres (3,) [m] and unit axes (3,) of the joints and closures of a body, in its axes."""
-    model, data = structure.model, structure.model.createData()
-    points: list[Array] = []
-    lines: list[Array] = []
-    for joint in range(1, model.njoints):
-        if joint != body and model.parents[joint] != body:
-            continue
-        place = pin.SE3.Identity() if joint == body else model.jointPlacements[joint]
-        points.append(np.array(place.translation))
-        lines.append(place.rotation @ joint_axis(model, data, joint).direction)
-    for loop in structure.loops.values():
-        for end in loop.frames:
-            if end.joint == body:
-                points.append(end.origin)
-                if loop.type != "spherical":
-                    lines.append(np.array(end.placement.rotation[:, 2]))
-    return points, lines
-
-
-def _meetings(structure: Structure, joint: int, axis: Array) -> list[Array]:
-    """Points of a joint's axis where the axes of joints and closures on its body meet it."""
-    model, data = structure.model, structure.model.createData()
-    lines: list[tuple[Array, Array]] = []
-    found = []
-    for child in range(1, model.njoints):
-        if model.parents[child] == joint:
-            place, other = model.jointPlacements[child], joint_axis(model, data, child)
-            if other.revolute:
-                lines.append((np.array(place.translation), place.rotation @ other.direction))
-    for loop in structure.loops.values():
-        for frame in loop.frames:
-            if frame.joint != joint:
-                continue
-            if loop.type == "spherical":
-                foot = float(frame.origin @ axis) * axis
-                if np.linalg.norm(frame.origin - foot) < 1e-9 * structure.length:
-                    found.append(foot)
-            elif loop.type in ("revolute", "universal"):
-                lines.append((frame.origin, np.array(frame.placement.rotation[:, 2])))
-    for origin, way in lines:
-        across = np.cross(axis, way)
-        size = float(across @ across)
-        if size < 1e-12:
-            continue
-        foot = float(np.cross(origin, way) @ across) / size * axis
-        there = origin + float(np.cross(origin, axis) @ across) / size * way
-        if np.linalg.norm(foot - there) < 1e-9 * structure.length:
-            found.append(foot)
-    return found
-
-
-def _distinct(points: list[Array], apart: float) -> list[Array]:
-    kept: list[Array] = []
-    for at in points:
-        if all(np.abs(at - other).max() > apart for other in kept):
-            kept.append(at)
-    return kept

@@ -14,7 +14,10 @@ def wrap_towards(structure: Structure, q: Array, start: Array, free: Array) -> N
     """Turn free revolute coordinates by whole turns, in place: into their limits where they have
     limits, else as near to start as possible. The geometry stays the same."""
     turn = 2.0 * np.pi
-    for k in free:
+    now = q[free]
+    near = np.abs(now - start[free]) <= np.pi
+    inside = (now >= structure.lower[free] - 1e-9) & (now <= structure.upper[free] + 1e-9)
+    for k in free[~(near & inside)]:
         if not structure.revolving[k]:
             continue
         low, high, value = structure.lower[k], structure.upper[k], q[k]

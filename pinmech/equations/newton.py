@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +57,7 @@ def newton(problem: Problem, system: ClosureSystem, q: Array, *, iterations: int
     e = here.residual
     size = float(np.sqrt(e.dot(e))) / length
     for count in range(iterations + 1):
-        if size <= CLOSED or count == iterations or size != size:
+        if size <= CLOSED or count == iterations or math.isnan(size):
             return Newton(size <= CLOSED, size, count, here.at, first, second, lu, pivots)
         a = here.matrix()
         if a.shape[0] == a.shape[1]:

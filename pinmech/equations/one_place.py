@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pinmech.equations.closed import is_closed
+from pinmech.equations.drawing import joints_on
 from pinmech.equations.limb_equation import MEETING, LimbEquation, slopes
 from pinmech.equations.limb_rows import limb_rows
-from pinmech.equations.limb_search import joints_on
 from pinmech.equations.newton import newton
 from pinmech.equations.outputs import platform_pose, pose_held
 from pinmech.equations.platform import PlatformRest, hold

@@ -66,7 +66,7 @@ class InverseSolver:
         self, mechanism: Mechanism, system: ClosureSystem, signs: Array | None, *, limits: bool
     ) -> None:
         self.mechanism, self.system, self.signs, self.limits = mechanism, system, signs, limits
-        self._strategies = strategies_for(mechanism, labelled=signs is not None)
+        self._strategies = strategies_for(mechanism, told=signs is not None)
 
     def solve(self, target: Array, start: Array) -> Solution:
         """Solve for (n_out,) outputs, starting from a closed q (nq,)."""

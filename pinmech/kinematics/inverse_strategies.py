@@ -52,21 +52,20 @@ _STARTS = 120
 _NEARLY = 1e-6
 
 
-def strategies_for(mechanism: Mechanism, *, labelled: bool) -> tuple[Strategy, ...]:
+def strategies_for(mechanism: Mechanism, *, told: bool) -> tuple[Strategy, ...]:
     """The strategies of a mechanism in their order.
 
     Args:
         mechanism: the mechanism.
-        labelled: True when labels tell where the guess is.
+        told: True when labels tell where the guess is.
     """
     facts, joints = mechanism.facts, mechanism.outputs.kind == "joints"
     if joints and not len(facts.outputs_held.free):
         return (as_given,)
-    if not (labelled and facts.labels.complete):
+    if not (told and facts.labels.complete):
         return (along_line,)
     last = limb_by_limb if facts.platform.fixed else from_roots
-    rows = sum(len(range(*loop.rows.indices(10**9))) for loop in mechanism.loops.values())
-    if joints and rows == len(facts.outputs_held.free):
+    if joints and mechanism.rows == len(facts.outputs_held.free):
         return newton_from_start, newton_from_home, newton_of_any_shape, last
     return newton_of_any_shape, last
 
@@ -83,24 +82,30 @@ def as_given(question: Question) -> Answer | None:
 
 
 def newton_from_start(question: Question) -> Answer | None:
-    """Newton from the start with the outputs set."""
-    return _near(question, question.place())
+    """Newton from the start with the outputs set; along home's tangent where the start is home."""
+    at_home = question.start is question.mechanism.home.q
+    return _near(question, _along_home(question) if at_home else question.place())
 
 
 def newton_from_home(question: Question) -> Answer | None:
-    """Newton from home's tangent, in the mode of home."""
-    mechanism = question.mechanism
-    home = mechanism.home
-    if question.start is home.q or not _home_mode(question):
+    """The same from home, for questions in its mode that start elsewhere."""
+    if question.start is question.mechanism.home.q or not _home_mode(question):
         return None
+    return _near(question, _along_home(question))
+
+
+def _along_home(question: Question) -> Array:
+    """Home's joint values, moved along its tangent to the outputs where that is a short way."""
+    mechanism, held = question.mechanism, question.held
+    home, q = mechanism.home, mechanism.home.q.copy()
     try:
-        ahead = home.linear.output_motion.per_output @ (question.target - home.q[question.held])
+        ahead = home.linear.output_motion.per_output @ (question.target - q[held])
     except SingularError:
-        return None
-    near = np.abs(ahead / mechanism.velocity_scale).max() <= LONGEST_MOVE
-    q = home.q + ahead if near else home.q.copy()
-    q[question.held] = question.target
-    return _near(question, q)
+        ahead = np.zeros(len(q))
+    if np.abs(ahead / mechanism.velocity_scale).max() <= LONGEST_MOVE:
+        q += ahead
+    q[held] = question.target
+    return q
 
 
 def _home_mode(question: Question) -> bool:
@@ -116,7 +121,7 @@ def _near(question: Question, q: Array) -> Answer | None:
         question.system,
         mechanism.facts.outputs_held,
         signs=question.signs,
-        labelled=True,
+        by_labels=True,
     )
     if not solver.solve(q):
         return None

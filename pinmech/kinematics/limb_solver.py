@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from pinmech.equations.approach import minimise, nearest
+from pinmech.equations.approach import closest_point, minimise
 from pinmech.equations.cones import cone_breaches
 from pinmech.equations.limb_equation import (
     HOLDS,
@@ -362,7 +362,9 @@ class LimbSolver:
                 best, closest = left, trial
             if left <= 1e-9 or (expected and abs(left / expected - 1.0) < _ALIKE):
                 break
-        short = nearest(problem, self.system, closest) * problem.length if best > 1e-9 else 0.0
+        short = (
+            closest_point(problem, self.system, closest) * problem.length if best > 1e-9 else 0.0
+        )
         if short > 1e-9 * problem.length:
             message = f"limb {self.rows.limb} cannot reach: {1e3 * short:.4g} mm short"
             return LimbAnswer("unreachable", message, None, self.iterations, short)

@@ -45,7 +45,7 @@ class NearNewton:
 
     Attributes:
         held: the coordinates that are held.
-        labelled: True when the labels of a solution settle that it is the right one.
+        by_labels: True when the labels of a solution settle that it is the right one.
         signs: (n_equations,) signs that the labels of a pose must have; None: labels do not count.
         iterations, residual: of the last solve; the residual is scaled.
         at: the configuration that was last evaluated.
@@ -63,9 +63,9 @@ class NearNewton:
         held: Held,
         *,
         signs: Array | None = None,
-        labelled: bool = False,
+        by_labels: bool = False,
     ) -> None:
-        self.system, self.held, self.signs, self.labelled = system, held, signs, labelled
+        self.system, self.held, self.signs, self.by_labels = system, held, signs, by_labels
         self._labels, self.length = mechanism.facts.labels, mechanism.length
         self._free, self._weights = held.free_part, held.weights
         self.iterations, self.residual = 0, np.inf
@@ -82,7 +82,7 @@ class NearNewton:
                 there was none: Newton must correct little of it.
         """
         free, bound, evaluate = self._free, self._bound, self.system.evaluate
-        weights, labelled = self._weights, self.labelled
+        weights, by_labels = self._weights, self.by_labels
         before = moved
         factors: tuple[Array, Array, Array] | None = None
         for count in range(_STEPS + 1):
@@ -101,7 +101,7 @@ class NearNewton:
             factors = lu, pivots, k
             scaled = x if weights is None else x * weights
             step = math.sqrt(scaled.dot(scaled))
-            if labelled:
+            if by_labels:
                 # The 2-norm is never smaller than the largest entry.
                 if not step <= CLAMP and (step := max(scaled.max(), -scaled.min())) > CLAMP:
                     x *= CLAMP / step
@@ -125,7 +125,7 @@ class NearNewton:
         """(N,) whether N solutions q (N, nq), with diagonals (N, n) and pivots of their factors,
         have the determinant sign and the labels that they should have."""
         good = np.ones(len(q), dtype=bool)
-        if not self.labelled:
+        if not self.by_labels:
             good &= determinants(diagonals, pivots) * self._sign > self._least
         if self.signs is not None:
             slopes, holds = self._labels.read_rows(q)
@@ -137,7 +137,7 @@ class NearNewton:
         """Move q (nq,) in place along the tangent at the last pose solved or calibrated, for a
         change of the held coordinates that q has already; returns how far (see :meth:`newton`), 0
         when it was too far to be of use, inf when the change itself is too large."""
-        if not self.labelled:
+        if not self.by_labels:
             wide = np.abs(change * self.held.held_weights).max(initial=0.0)
             if wide > _LONGEST_CHANGE:
                 return math.inf
@@ -203,6 +203,6 @@ def near_newton(
     """
     if system.rows + len(held.held) != mechanism.model.nv:
         return None
-    labelled = signs is not None and mechanism.facts.labels.complete
-    found = NearNewton(mechanism, system, held, signs=signs, labelled=labelled)
-    return found if found.calibrate(q) or labelled else None
+    by_labels = signs is not None and mechanism.facts.labels.complete
+    found = NearNewton(mechanism, system, held, signs=signs, by_labels=by_labels)
+    return found if found.calibrate(q) or by_labels else None

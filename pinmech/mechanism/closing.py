@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pinmech.equations.approach import minimise, nearest
+from pinmech.equations.approach import closest_point, minimise
 from pinmech.equations.closed import CLOSED, is_closed
 from pinmech.equations.limits import limit_breaches, wrap_towards
 from pinmech.equations.misalignment import Misalignment
@@ -128,7 +128,7 @@ class _Finder:
             if not search.closed and len(loose):
                 # Nothing closes: say how near the loops come at best.
                 q = search.q.copy()
-                nearest(Misalignment(self.structure, loose), self.system, q, self._check)
+                closest_point(Misalignment(self.structure, loose), self.system, q, self._check)
                 self._judge(q, loose)
         except _OutOfTimeError:
             search.out_of_time = True

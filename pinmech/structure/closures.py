@@ -145,8 +145,9 @@ def sense_fault(loop: Loop, placement: pin.SE3) -> str | None:
     return None
 
 
-# Looked up once: these two are called a hundred thousand times a second.
+# Looked up once: these are called a hundred thousand times a second.
 _jacobians, _concatenate = pin.computeJointJacobians, np.concatenate
+_closure_jacobian = pin.getConstraintsJacobian
 
 
 class ClosureSystem:
@@ -236,13 +237,15 @@ class Configuration:
         """Pinocchio's data: ``oMi`` and what joint Jacobians are made of."""
         system = self._system
         if system._number != self._number:
-            raise RuntimeError("another configuration was evaluated in this scratch memory")
+            raise _gone()
         return system._data
 
     def jacobian(self) -> Array:
         """Closure Jacobian K (rows, nv) [m/rad, m/m]."""
         system = self._system
-        full = pin.getConstraintsJacobian(system.model, self.data, system._models, system._datas)
+        if system._number != self._number:
+            raise _gone()
+        full = _closure_jacobian(system.model, system._data, system._models, system._datas)
         return full if system._kept is None else full.take(system._kept, axis=0)
 
     def drift(self, v: Array) -> Array:
@@ -254,6 +257,10 @@ class Configuration:
             calc(system.model, data, scratch)
         gamma = np.concatenate(system._drifts)
         return gamma if system._kept is None else gamma.take(system._kept)
+
+
+def _gone() -> RuntimeError:
+    return RuntimeError("another configuration was evaluated in this scratch memory")
 
 
 def point_anchors(

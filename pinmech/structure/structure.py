@@ -51,6 +51,7 @@ class Structure:
         velocity_scale: (nv,) velocity per dimensionless velocity: 1 for revolute joints, the
             length for sliding ones.
         output_scale: (n_out,) output rate per dimensionless output rate.
+        rows: number of closure rows.
         cones: the loops whose joint has a cone, with it.
     """
 
@@ -75,6 +76,7 @@ class Structure:
     urdf_folder: Path | None = None
     velocity_scale: Array = field(init=False, repr=False)
     output_scale: Array = field(init=False, repr=False)
+    rows: int = field(init=False, repr=False)
     cones: tuple[tuple[Loop, Cone], ...] = field(init=False, repr=False)
     _pool: list[ClosureSystem] = field(init=False, repr=False)
 
@@ -89,6 +91,7 @@ class Structure:
         angular = np.array(self.outputs.angular)
         put("velocity_scale", frozen(np.where(self.revolving, 1.0, self.length)))
         put("output_scale", frozen(np.where(angular, 1.0, self.length)))
+        put("rows", sum(closures.ROWS[loop.type] for loop in self.loops.values()))
         limited = [(loop, loop.limit) for loop in self.loops.values() if loop.limit is not None]
         put("cones", tuple(limited))
         put("_pool", [])

@@ -12,9 +12,9 @@ import pytest
 from lxml import etree
 
 import pinmech as pm
+from pinmech.description.arms import example_robots
 from pinmech.designs.planar_3r import Planar3R, planar_3r
 from pinmech.errors import DescriptionError, InputError, UnknownNameError
-from pinmech.mechanism.hybrid import example_robots
 
 Array = np.ndarray
 

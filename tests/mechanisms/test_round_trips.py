@@ -1,13 +1,13 @@
 """Round trips inverse -> forward and back, and what is answered beyond them.
 
-scripts/check_round_trips.py does 5,000 poses of each sample; here it does 150.
+tests/slow/check_round_trips.py does 5,000 poses of each sample; here it does 150.
 """
 
 from __future__ import annotations
 
 import functools
 
-import check_round_trips
+from slow import check_round_trips
 import numpy as np
 import pytest
 from oracles import spherical_3paur as oracle

@@ -11,7 +11,7 @@ import trimesh
 from lxml import etree
 
 import pinmech as pm
-from pinmech.mechanism.hybrid import example_robots
+from pinmech.description.arms import example_robots
 from pinmech.show.scene.collada import one_material_per_geometry
 
 MESHES = sorted((example_robots()["ur5_robot"].parents[1] / "meshes/ur5/visual").glob("*.dae"))

@@ -5,8 +5,8 @@ most poses of antenna_3rsu are out of reach, and over its reachable part alone. 
 pose must be solved in the working mode of home; every refusal must be truly unreachable, name the
 limbs that fall short and by how much; no pose may be answered in another mode.
 
-    python scripts/check_modes.py                      # 20,000 poses a sample, some 20 minutes
-    python scripts/check_modes.py --poses 1000 --seed 3
+    python tests/slow/check_modes.py                      # 20,000 poses a sample, some 20 minutes
+    python tests/slow/check_modes.py --poses 1000 --seed 3
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 import pinmech as pm
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from oracles import antenna as oracle
 

@@ -5,8 +5,8 @@ workspace go through inverse and back through forward; random actuator values go
 back through inverse. Every answer must equal the closed form, and the way back must end where it
 began, both to 1e-9 rad or m. All solves start from home, none from a neighbour.
 
-    python scripts/check_round_trips.py                     # 5,000 poses a sample
-    python scripts/check_round_trips.py --poses 200 --mechanism decoupled_4r --edge
+    python tests/slow/check_round_trips.py                     # 5,000 poses a sample
+    python tests/slow/check_round_trips.py --poses 200 --mechanism decoupled_4r --edge
 
 With --edge the decoupled mechanisms are sampled from 85 to 89.9 deg alone, next to the neighbouring
 assembly mode theta2 -> 180 deg - theta2: there forward may refuse (``singular``), but never err.
@@ -26,7 +26,7 @@ import numpy as np
 
 import pinmech as pm
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from oracles import decoupled, gpr_3ps, spherical_3paur
 

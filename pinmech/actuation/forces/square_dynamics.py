@@ -13,11 +13,11 @@ from pinmech.structure.closures import ClosureSystem
 
 Array = np.ndarray
 
-#: A pivot this much smaller than the largest one: the careful solver decides what is singular.
+#: A pivot this much smaller than the largest one: the general way decides what is singular.
 _DOUBTFUL = 1e-4
 
 
-class Lean:
+class SquareDynamics:
     """One pose for mechanisms whose equations are square with the outputs held: LAPACK only.
 
     Attributes:
