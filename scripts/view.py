@@ -15,8 +15,9 @@ import webbrowser
 from pathlib import Path
 
 import pinmech as pm
-from pinmech.cli.values import quantities
+from pinmech.cli.values import values
 from pinmech.errors import PinmechError, SolveError
+from pinmech.show import quantities
 from pinmech.show.scene.pages import view_trajectory
 from pinmech.show.scene.viewer import Viewer
 
@@ -28,8 +29,7 @@ def make(name: str, outputs: str | None, trajectory: Path | None) -> Viewer:
         return view_trajectory(mechanism, trajectory)
     if outputs is None:
         return pm.view(mechanism)
-    angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
-    target = quantities([outputs], angular, "output")
+    target = values([outputs], quantities.outputs(mechanism), "output")
     return pm.view(pm.inverse(mechanism, target).unwrap())
 
 

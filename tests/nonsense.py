@@ -237,8 +237,14 @@ def calls(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield from _motions(s, folder)
     for name in ("antenna_3rsu", "decoupled_pf", "decoupled_4r", "spherical_3paur", "gpr_3ps"):
         design = getattr(pm.designs, name)
-        yield f"design {name} density", lambda x, f=design: f(density=x)
+        yield f"design {name} material", lambda x, f=design: f(material=x)
         yield f"design {name} unknown", lambda x, f=design: f(no_such_dimension=x)
+    yield "design motor", lambda x: pm.designs.spherical_3paur(motor=x)
+    yield "design passive", lambda x: pm.designs.antenna_3rsu(passive=x)
+    yield "Motor effort", lambda x: pm.designs.Motor(effort=x, velocity=1.0)
+    yield "Motor friction", lambda x: pm.designs.Motor(1.0, 1.0, friction=x)
+    yield "PassiveJoint damping", lambda x: pm.designs.PassiveJoint(damping=x)
+    yield "Material density", pm.designs.Material
     yield "design strut", lambda x: pm.designs.antenna_3rsu(strut=x)
     yield "design pair", lambda x: pm.designs.decoupled_pf(pair=x)
     yield "design elbow", lambda x: pm.designs.decoupled_4r(elbow=x)

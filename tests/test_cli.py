@@ -18,9 +18,10 @@ from small import hooke
 import pinmech as pm
 from pinmech.cli import app as commands
 from pinmech.cli.run import run
-from pinmech.cli.values import assignments, modes, quantity
-from pinmech.errors import InputError
+from pinmech.cli.values import assignments, modes, values
+from pinmech.errors import InputError, UnknownNameError
 from pinmech.show.terminal.mobility import REACTION_PARTS
+from pinmech.units import Quantity
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "scripts" / "view.py"
@@ -515,15 +516,13 @@ def test_the_command_imports_next_to_nothing_before_it_can_answer() -> None:
 
 
 def test_values() -> None:
-    assert quantity("a", "10", angular=True) == pytest.approx(np.deg2rad(10))
-    assert quantity("a", "-1.5e1deg", angular=True) == pytest.approx(np.deg2rad(-15))
-    assert quantity("a", ".5 rad", angular=True) == 0.5
-    assert quantity("a", "10°", angular=True) == pytest.approx(np.deg2rad(10))
-    assert quantity("z", "12", angular=False) == pytest.approx(0.012)
-    assert quantity("z", "0.012m", angular=False) == 0.012
-    for text in ("", "inf", "1_0", "0x10", "1e", "--1", "1deg5", "１"):
-        with pytest.raises(InputError):
-            quantity("a", text, angular=True)
+    known = {"a": Quantity.ANGLE, "z": Quantity.LENGTH}
+    found = values(["a=10,z=12mm"], known, "output")
+    assert found == pytest.approx({"a": np.deg2rad(10), "z": 0.012})
+    with pytest.raises(InputError, match="a is an angle: use deg or rad, not mm"):
+        values(["a=10mm"], known, "output")
+    with pytest.raises(UnknownNameError, match="unknown output 'b'"):
+        values(["b=1"], known, "output")
     assert assignments(["a=1,b=2", "c = 3"]) == {"a": "1", "b": "2", "c": "3"}
     assert modes([]) is None
     assert modes(["arm1=-1", "arm2=+1"]) == {"arm1": -1, "arm2": 1}

@@ -31,7 +31,7 @@ from pinmech.description.schema import json_schema
 from pinmech.description.source import read_file
 from pinmech.errors import InputError
 from pinmech.files.names import slug
-from pinmech.show import records
+from pinmech.show import quantities, records
 from pinmech.show.terminal.console import console, table
 from pinmech.show.terminal.info import print_info
 from pinmech.show.terminal.mobility import print_mobility
@@ -145,8 +145,7 @@ def forward(
     pinmech forward antenna_3rsu arm1=30 arm2=60
     """
     mechanism = load_mechanism(name, seconds)
-    angular = {n: not a.prismatic for n, a in mechanism.actuators.items()}
-    given = typed.quantities(actuators or [], angular, "actuator")
+    given = typed.values(actuators or [], quantities.actuators(mechanism), "actuator")
     solution = pm.forward(mechanism, given, limits=not no_limits)
     print_answer(mechanism, solution, joints=joints, as_json=as_json)
 

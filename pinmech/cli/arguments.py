@@ -15,7 +15,7 @@ import pinmech as pm
 from pinmech.cli import values as typed
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.mechanism import ClosedState, Mechanism
-from pinmech.show import records
+from pinmech.show import quantities, records
 from pinmech.show.terminal.console import console
 from pinmech.show.terminal.progress import progress_bar
 from pinmech.show.terminal.solution import print_solution
@@ -80,8 +80,7 @@ def load_mechanism(name: str, seconds: float | None = None) -> Mechanism:
 
 def read_outputs(mechanism: Mechanism, texts: list[str] | None) -> dict[str, float]:
     """Output name -> value [rad or m] of ``name=value`` texts."""
-    angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
-    return typed.quantities(texts or [], angular, "output")
+    return typed.values(texts or [], quantities.outputs(mechanism), "output")
 
 
 def read_modes(texts: list[str] | None) -> dict[str, int] | None:

@@ -6,6 +6,12 @@ dimensions and assemble it::
 
     mech = pinmech.designs.antenna_3rsu(R=0.2)
 
+Motors, passive joints and the material are parts of it too::
+
+    from pinmech.designs import STEEL, Motor, antenna_3rsu
+
+    mech = antenna_3rsu(R=0.2, motor=Motor(effort=12.0, velocity=3.0, friction=0.1), material=STEEL)
+
 :func:`planar_3r` gives the URDF text of an arm, for ``mech.with_arm``.
 """
 
@@ -18,8 +24,10 @@ from typing import TYPE_CHECKING, Any
 from pinmech.designs.antenna_3rsu import TABLE_2, Antenna3RSU
 from pinmech.designs.decoupled_4r import Decoupled4R
 from pinmech.designs.decoupled_pf import DecoupledPF
+from pinmech.designs.dimensions import made
 from pinmech.designs.gpr_3ps import GPR3PS
-from pinmech.designs.parts import Design, made
+from pinmech.designs.hardware import ALUMINIUM, STEEL, Material, Motor, PassiveJoint
+from pinmech.designs.parts import Design
 from pinmech.designs.planar_3r import Planar3R, planar_3r
 from pinmech.designs.spherical_3paur import Spherical3PaUR
 from pinmech.errors import InputError
@@ -101,13 +109,18 @@ def gpr_3ps_ideal(**dimensions: Any) -> Mechanism:
 
 
 __all__ = [
+    "ALUMINIUM",
     "ARMS",
     "DESIGNS",
     "GPR3PS",
+    "STEEL",
     "Antenna3RSU",
     "Decoupled4R",
     "DecoupledPF",
     "Design",
+    "Material",
+    "Motor",
+    "PassiveJoint",
     "Planar3R",
     "Spherical3PaUR",
     "antenna_3rsu",

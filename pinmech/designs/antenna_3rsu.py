@@ -18,11 +18,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from pinmech.designs import antenna_3rsu_bodies as bodies
+from pinmech.designs.antenna_3rsu_bodies import AZIMUTHS
+from pinmech.designs.dimensions import check_dimensions
+from pinmech.designs.hardware import ALUMINIUM, FREE, Material, Motor, PassiveJoint
 from pinmech.designs.parts import (
     Design,
-    Drive,
-    Passive,
-    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
@@ -30,28 +31,15 @@ from pinmech.designs.parts import (
     number,
     urdf_text,
 )
-from pinmech.designs.solids import (
-    ALUMINIUM,
-    ORIGIN,
-    Solid,
-    X,
-    Y,
-    Z,
-    bar,
-    box,
-    cross_block,
-    cylinder,
-    dish,
-    pin,
-    placement,
-    rotation,
-    sphere,
-)
+from pinmech.designs.placements import X, Y, Z, placement, rotation
+from pinmech.designs.solids import Solid, cross_block
+from pinmech.designs.yamltext import description_text
 from pinmech.errors import InputError
 from pinmech.numeric import one_of
+from pinmech.units import Quantity
 
-#: Azimuths of the arms 1, 2, 3 [rad].
-AZIMUTHS = (0.0, -2.0 * math.pi / 3.0, 2.0 * math.pi / 3.0)
+#: Drive of an arm; its limits are assumptions.
+ARM_MOTOR = Motor(effort=20.0, velocity=2.0)
 
 
 @dataclass(frozen=True)
@@ -68,19 +56,18 @@ class Antenna3RSU:
         arm_width, arm_thickness: section of the arms [m].
         rod_radius, post_radius: radii of the rods and of the central post [m].
         plate: thickness of the base and platform plates [m].
-        density: of all structural parts [kg/m³].
         dish_radius: rim radius of the reflector, 0 for none [m].
         dish_focal: its focal length [m].
         dish_thickness: of its petals [m].
-        effort, velocity: limits of the arm drives [N·m, rad/s].
-        drive_friction, drive_damping: of the arm drives [N·m, N·m·s/rad].
-        passive_friction, passive_damping: of every other joint [N·m, N·m·s/rad].
         ball_joint_cone: largest angle between stud and housing of the ball joints C_i [rad]; real
             ones have 15 to 30 deg, wide ones 45 deg. None: they turn without limit, as in the
             paper.
         ball_joint_window: the housings are set so that a stud swings equally far to both sides
             when the platform tilts by this much towards its arm and away from it [rad]. The
             default suits alpha and beta within ±15 deg, whose corners are tilted by 21 deg.
+        motor: of each arm [N·m, rad/s].
+        passive: every other joint.
+        material: of all structural parts.
     """
 
     R: float = 0.166
@@ -94,21 +81,17 @@ class Antenna3RSU:
     rod_radius: float = 0.005
     post_radius: float = 0.012
     plate: float = 0.008
-    density: float = ALUMINIUM
     dish_radius: float = 0.160
     dish_focal: float = 0.110
     dish_thickness: float = 0.0015
-    effort: float = 20.0
-    velocity: float = 2.0
-    drive_friction: float = 0.0
-    drive_damping: float = 0.0
-    passive_friction: float = 0.0
-    passive_damping: float = 0.0
     ball_joint_cone: float | None = None
     ball_joint_window: float = math.radians(20.0)
+    motor: Motor = ARM_MOTOR
+    passive: PassiveJoint = FREE
+    material: Material = ALUMINIUM
 
     def __post_init__(self) -> None:
-        check_numbers(self, may_be_zero=("dish_radius",))
+        check_dimensions(self, may_be_zero=("dish_radius",))
         one_of(self.strut, ("universal", "spherical"), "strut")
         _ = self.home_angle
         self._check_ball_joints()
@@ -120,12 +103,12 @@ class Antenna3RSU:
         number = isinstance(cone, int | float) and not isinstance(cone, bool)
         if not number or not 0.0 < cone <= math.pi:
             raise InputError(f"ball_joint_cone must be an angle within 0 .. pi rad, is {cone!r}")
-        home = self._swing(0.0)
+        home, angle = self._swing(0.0), Quantity.ANGLE.text
         if (off := abs(home - self.housing_angle)) > cone:
             raise InputError(
-                f"with ball_joint_cone = {math.degrees(cone):.4g} deg the level platform cannot be "
-                f"held: the studs are {math.degrees(off):.4g} deg out of the housings there; take "
-                f"a wider cone or a ball_joint_window below {math.degrees(window):.4g} deg"
+                f"with ball_joint_cone = {angle(cone)} the level platform cannot be held: the "
+                f"studs are {angle(off)} out of the housings there; take a wider cone or a "
+                f"ball_joint_window below {angle(window)}"
             )
 
     @property
@@ -163,7 +146,7 @@ class Antenna3RSU:
         discriminant = p1**2 + p2**2 - p3**2
         if discriminant <= 1e-12 * (p1**2 + p2**2):
             reach = math.hypot(inward, up)
-            where = f"tilted by {math.degrees(tilt):.4g} deg" if tilt else "level"
+            where = f"tilted by {Quantity.ANGLE.text(tilt)}" if tilt else "level"
             raise InputError(
                 f"the mechanism does not assemble {where}: A_i and B_i are {reach:g} m apart, "
                 f"which must lie well between |l1 - l2| = {abs(self.l1 - self.l2):g} m and "
@@ -192,221 +175,136 @@ class Antenna3RSU:
     # ------------------------------------------------------------------------------- the tree
 
     def _urdf(self, name: str) -> str:
-        passive = Passive(self.passive_friction, self.passive_damping)
-        drive = Drive(self.effort, self.velocity, self.drive_friction, self.drive_damping)
-        links, joints = [make_link("base", self._base())], []
+        arms, strut, rods = self._arms(), self._strut(), self._rods()
+        links = [make_link("base", self._base()), *arms[0], *strut[0], *rods[0]]
+        joints = [*arms[1], *strut[1], *rods[1]]
+        return urdf_text(name, links, joints, "pinmech/designs/antenna_3rsu.py")
+
+    def _base(self) -> list[Solid]:
+        return bodies.base(
+            self.R, self.h, self.plate, self.arm_width, self.post_radius, self.material
+        )
+
+    def _platform(self) -> list[Solid]:
+        solids = bodies.platform(
+            self.r, self.plate, self.post_radius, self.rod_radius, self.material
+        )
+        if self.dish_radius > 0.0:
+            solids += bodies.reflector(
+                self.plate, self.dish_radius, self.dish_focal, self.dish_thickness, self.material
+            )
+        return solids
+
+    def _arms(self) -> tuple[list[Any], list[Any]]:
+        links, joints = [], []
+        solids = bodies.arm(self.l1, self.arm_width, self.arm_thickness, self.material)
+        axis = (0.0, -1.0, 0.0)
         for i, azimuth in enumerate(AZIMUTHS, start=1):
             turn = rotation("z", azimuth)
             at = placement(turn @ (self.R, 0.0, 0.0), turn)
-            links += [make_link(f"arm{i}", self._arm()), frame_link(f"arm{i}_tip")]
+            links += [make_link(f"arm{i}", solids), frame_link(f"arm{i}_tip")]
             joints += [
-                make_joint(f"arm{i}", "base", f"arm{i}", at, (0.0, -1.0, 0.0), role=drive),
+                make_joint(f"arm{i}", "base", f"arm{i}", at, axis, role=self.motor),
                 fixed_joint(f"arm{i}", f"arm{i}_tip", placement((self.l1, 0, 0))),
             ]
-        strut_links, strut_joints = self._strut(passive)
-        links += strut_links
-        joints += strut_joints
-        home = self.home_angle
+        return links, joints
+
+    def _strut(self) -> tuple[list[Any], list[Any]]:
+        here, top = placement(), placement((0.0, 0.0, self.h))
+        cross = make_link("strut_cross", cross_block(X, Y, 1.6 * self.post_radius, 0.004))
+        platform = make_link("platform", self._platform())
+        alpha = make_joint("alpha", "base", "strut_cross", top, X, role=self.passive)
+        if self.strut == "universal":
+            beta = make_joint("beta", "strut_cross", "platform", here, Y, role=self.passive)
+            return [cross, platform], [alpha, beta]
+        yoke = make_link("strut_yoke", cross_block(Y, Z, 1.6 * self.post_radius, 0.004))
+        beta = make_joint("beta", "strut_cross", "strut_yoke", here, Y, role=self.passive)
+        gamma = make_joint("gamma", "strut_yoke", "platform", here, Z, role=self.passive)
+        return [cross, yoke, platform], [alpha, beta, gamma]
+
+    def _rods(self) -> tuple[list[Any], list[Any]]:
+        links, joints = [], []
+        solids = bodies.rod(self.l2, self.rod_radius, self.arm_width, self.material)
+        cross = cross_block(Y, Z, bodies.pin_length(self.rod_radius), 0.003)
+        home, passive = self.home_angle, self.passive
         dx = (self.R - self.r + self.l1 * math.cos(home)) / self.l2
         dz = (self.l1 * math.sin(home) - self.h) / self.l2
         tilt = rotation("y", math.atan2(-dz, dx))  # x along the rod at home, y tangential
-        half_turn = math.pi / 2.0
+        swing = (-math.pi / 2.0, math.pi / 2.0)
         for i, azimuth in enumerate(AZIMUTHS, start=1):
-            turn = rotation("z", azimuth)
-            at = placement(turn @ (self.r, 0.0, 0.0), turn @ tilt)
-            links += [
-                make_link(f"rod{i}_cross", cross_block(Y, Z, self._pin_length, 0.003)),
-                make_link(f"rod{i}", self._rod()),
-                frame_link(f"rod{i}_tip"),
-            ]
+            turn, rod, spider = rotation("z", azimuth), f"rod{i}", f"rod{i}_cross"
+            at, here = placement(turn @ (self.r, 0.0, 0.0), turn @ tilt), placement()
+            links += [make_link(spider, cross), make_link(rod, solids), frame_link(f"{rod}_tip")]
             joints += [
-                make_joint(f"rod{i}_u1", "platform", f"rod{i}_cross", at, Y, role=passive),
-                make_joint(
-                    f"rod{i}_u2",
-                    f"rod{i}_cross",
-                    f"rod{i}",
-                    placement(),
-                    Z,
-                    limits=(-half_turn, half_turn),
-                    role=passive,
-                ),
-                fixed_joint(f"rod{i}", f"rod{i}_tip", placement((self.l2, 0, 0))),
+                make_joint(f"{rod}_u1", "platform", spider, at, Y, role=passive),
+                make_joint(f"{rod}_u2", spider, rod, here, Z, limits=swing, role=passive),
+                fixed_joint(rod, f"{rod}_tip", placement((self.l2, 0, 0))),
             ]
-        return urdf_text(name, links, joints, "pinmech/designs/antenna_3rsu.py")
-
-    def _strut(self, passive: Passive) -> tuple[list[Any], list[Any]]:
-        top = placement((0.0, 0.0, self.h))
-        cross = make_link("strut_cross", cross_block(X, Y, 1.6 * self.post_radius, 0.004))
-        platform = make_link("platform", self._platform())
-        alpha = make_joint("alpha", "base", "strut_cross", top, X, role=passive)
-        here = placement()
-        if self.strut == "universal":
-            beta = make_joint("beta", "strut_cross", "platform", here, Y, role=passive)
-            return [cross, platform], [alpha, beta]
-        yoke = make_link("strut_yoke", cross_block(Y, Z, 1.6 * self.post_radius, 0.004))
-        beta = make_joint("beta", "strut_cross", "strut_yoke", here, Y, role=passive)
-        gamma = make_joint("gamma", "strut_yoke", "platform", here, Z, role=passive)
-        return [cross, yoke, platform], [alpha, beta, gamma]
-
-    # ------------------------------------------------------------------------------ the solids
-
-    @property
-    def _pin_length(self) -> float:
-        return 3.2 * self.rod_radius
-
-    def _base(self) -> list[Solid]:
-        floor = -max(0.022, 1.5 * self.arm_width)
-        low = floor - self.plate
-        solids = [
-            cylinder((0, 0, low), (0, 0, floor), self.R + 0.03, "base", self.density, inset=0.0),
-            cylinder(
-                (0, 0, floor),
-                (0, 0, self.h - 0.008),
-                self.post_radius,
-                "base",
-                self.density,
-                inset=(0.0, 0.012),
-            ),
-            cylinder(
-                (0, 0, floor),
-                (0, 0, floor + 0.012),
-                2.5 * self.post_radius,
-                "base",
-                self.density,
-                inset=0.0,
-            ),
-        ]
-        side = 0.5 * self.arm_width + 0.004  # the motor stands beside its arm
-        for azimuth in AZIMUTHS:
-            turn = rotation("z", azimuth)
-            near, far = turn @ (self.R, side, 0.0), turn @ (self.R, side + 0.04, 0.0)
-            foot = turn @ (self.R, side + 0.02, 0.5 * floor)
-            solids += [
-                cylinder(near, far, 0.016, "motor", self.density, inset=0.002),
-                box(foot, (0.02, 0.03, -floor), "base", turn, self.density),
-            ]
-        return solids
-
-    def _arm(self) -> list[Solid]:
-        tip = (self.l1, 0.0, 0.0)
-        return [
-            bar(
-                ORIGIN,
-                tip,
-                self.arm_width,
-                self.arm_thickness,
-                Z,
-                "driven",
-                self.density,
-                inset=0.15 * self.l1,
-            ),
-            pin(ORIGIN, Y, self.arm_width + 0.012, 0.005),
-            sphere(tip, 0.75 * self.arm_width),
-        ]
-
-    def _rod(self) -> list[Solid]:
-        tip = (self.l2, 0.0, 0.0)
-        return [
-            cylinder(
-                (0.06 * self.l2, 0, 0),
-                tip,
-                self.rod_radius,
-                "rod",
-                self.density,
-                inset=(0.12 * self.l2, 0.12 * self.l2),
-            ),
-            pin(ORIGIN, Z, self._pin_length, 0.004),
-            sphere(tip, 0.5 * self.arm_width, "rod"),
-        ]
-
-    def _platform(self) -> list[Solid]:
-        lift = 0.016  # the plate lies above the plane of the joint centres
-        top = lift + self.plate
-        solids = [
-            cylinder(
-                (0, 0, lift), (0, 0, top), self.r + 0.012, "platform", self.density, inset=0.0
-            ),
-            cylinder((0, 0, 0.004), (0, 0, lift), 0.8 * self.post_radius, "platform", self.density),
-        ]
-        for azimuth in AZIMUTHS:
-            turn = rotation("z", azimuth)
-            for side in (-1.0, 1.0):
-                y = side * 0.5 * self._pin_length
-                centre = turn @ (self.r, y, 0.5 * lift)
-                solids.append(
-                    box(
-                        centre, (0.010, 0.003, lift), "platform", turn, self.density, collides=False
-                    )
-                )
-        if self.dish_radius > 0.0:
-            foot = (0.0, 0.0, top + 0.012)
-            solids.append(
-                cylinder((0, 0, top), foot, 0.2 * self.dish_radius, "dish", self.density, inset=0.0)
-            )
-            solids += dish(
-                foot, self.dish_radius, self.dish_focal, self.dish_thickness, self.density
-            )
-        return solids
+        return links, joints
 
     # -------------------------------------------------------------------------- the description
 
     def _description(self, name: str) -> str:
         spherical = self.strut == "spherical"
-        home = number(self.home_angle)
-        rods = f"rods of {1e3 * self.l2:g} mm"
-        outputs = "alpha, beta, gamma" if spherical else "alpha, beta"
-        if spherical:
-            title = f"3-DOF antenna pointing mechanism, 3-RSU, spherical strut, {rods}"
-            drives = '"123": [arm1, arm2, arm3]'
-            order = "# platform rotation Rx(alpha) Ry(beta) Rz(gamma), gamma about its normal"
-        else:
-            title = f"2-DOF antenna pointing mechanism, 3-RSU, universal strut, {rods}"
-            drives = (
-                '"12": [arm1, arm2], "13": [arm1, arm3], "23": [arm2, arm3], '
-                '"123": [arm1, arm2, arm3]'
+        arms = [f"arm{i}" for i in (1, 2, 3)]
+        outputs = ["alpha", "beta", "gamma"] if spherical else ["alpha", "beta"]
+        pairs = {} if spherical else {"12": arms[:2], "13": arms[::2], "23": arms[1:]}
+        title = (
+            f"{len(outputs)}-DOF antenna pointing mechanism, 3-RSU, {self.strut} strut, "
+            f"rods of {Quantity.LENGTH.text(self.l2, 'g')}"
+        )
+        turn = "platform rotation Rx(alpha) Ry(beta)"
+        ball_joints = "ideal: they turn without limit, as in the paper"
+        if self.ball_joint_cone is not None:
+            title += f", ball joints of {Quantity.ANGLE.text(self.ball_joint_cone)}"
+            ball_joints = (
+                "real: the housing's axis is fixed in the arm, the stud's lies along the rod, and "
+                "they stay within the angle"
             )
-            order = "# platform rotation Rx(alpha) Ry(beta)"
-        zeros = ", ".join(f"{angle}: 0.0" for angle in outputs.split(", "))
         size = ", ".join(
-            f"{key} = {number(1e3 * getattr(self, key))}" for key in ("R", "r", "h", "l1", "l2")
+            f"{key} = {number(Quantity.LENGTH.shown(getattr(self, key)))}"
+            for key in ("R", "r", "h", "l1", "l2")
         )
+        return description_text(
+            name,
+            {
+                "title": title,
+                "source": "doi:10.1177/0954410016636157",
+                "loops": [self._ball_joint(i) for i in (1, 2, 3)],
+                "actuators": [{"name": arm, "joint": arm} for arm in arms],
+                "outputs": {"kind": "joints", "names": outputs},
+                "drives": {**pairs, "123": arms},
+                "home": {
+                    **dict.fromkeys(arms, float(number(self.home_angle))),
+                    **dict.fromkeys(outputs, 0.0),
+                },
+            },
+            head=(
+                "written by pinmech/designs/antenna_3rsu.py; do not edit",
+                f"{size} mm",
+                "The lengths are the paper's in the committed files; masses, sections, the "
+                "reflector, effort and velocity limits are assumptions.",
+            ),
+            notes={
+                "loops": f"the ball joints C_i between the driven arms and the rods, {ball_joints}",
+                "actuators": "zero radially outward, positive up",
+                "outputs": f"{turn} Rz(gamma), gamma about its normal" if spherical else turn,
+                "home": "level platform in the working mode of the paper's Figure 1; joints left "
+                "out start at 0",
+            },
+        )
+
+    def _ball_joint(self, i: int) -> dict[str, Any]:
+        loop = {"name": f"arm{i}", "type": "spherical", "frames": [f"arm{i}_tip", f"rod{i}_tip"]}
         if self.ball_joint_cone is None:
-            limit, joints = "", "ideal: they turn without limit, as in the paper"
-        else:
-            title += f", ball joints of {math.degrees(self.ball_joint_cone):.4g} deg"
-            angle, cone = self.housing_angle, repr(float(self.ball_joint_cone))
-            axis = f"[{number(math.cos(angle))}, 0.0, {number(math.sin(angle))}]"
-            limit = f",\n     limit: {{axes: [{axis}, [-1.0, 0.0, 0.0]], angle: {cone}}}"
-            joints = (
-                "real: the housing's axis is\n  # fixed in the arm, the stud's lies along the rod, "
-                "and they stay within the angle"
-            )
-        loops = "\n".join(
-            f"  - {{name: arm{i}, type: spherical, frames: [arm{i}_tip, rod{i}_tip]{limit}}}"
-            for i in (1, 2, 3)
-        )
-        return f"""\
-# written by pinmech/designs/antenna_3rsu.py; do not edit
-# {size} mm
-# The lengths are the paper's in the committed files; masses, sections, the reflector, effort and
-# velocity limits are assumptions.
-schema: 1
-name: {name}
-title: {title}
-source: doi:10.1177/0954410016636157
-urdf: ../urdf/{name}.urdf
-platform: platform
-loops:  # the ball joints C_i between the driven arms and the rods, {joints}
-{loops}
-actuators:  # zero radially outward, positive up
-  - {{name: arm1, joint: arm1}}
-  - {{name: arm2, joint: arm2}}
-  - {{name: arm3, joint: arm3}}
-outputs: {{kind: joints, names: [{outputs}]}}  {order}
-drives: {{{drives}}}
-# level platform in the working mode of the paper's Figure 1; joints left out start at 0
-home: {{arm1: {home}, arm2: {home}, arm3: {home}, {zeros}}}
-"""
+            return loop
+        angle = self.housing_angle
+        housing = [float(number(math.cos(angle))), 0.0, float(number(math.sin(angle)))]
+        stud = [-1.0, 0.0, 0.0]
+        return {
+            **loop,
+            "limit": {"axes": [housing, stud], "angle": float(self.ball_joint_cone)},
+        }
 
 
 #: The mechanism of the paper's Table 2, with the larger workspace.

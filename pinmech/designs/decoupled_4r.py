@@ -15,36 +15,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from pinmech.designs import decoupled
+from pinmech.designs.dimensions import check_dimensions
+from pinmech.designs.hardware import ALUMINIUM, FREE, Material, Motor, PassiveJoint
 from pinmech.designs.parts import (
+    Built,
     Design,
-    Drive,
-    Passive,
-    check_numbers,
     fixed_joint,
     frame_link,
+    joined,
     make_joint,
     make_link,
     urdf_text,
 )
-from pinmech.designs.solids import (
-    ALUMINIUM,
-    ORIGIN,
-    Solid,
-    Y,
-    Z,
-    bar,
-    box,
-    cylinder,
-    pin,
-    placement,
-)
+from pinmech.designs.placements import ORIGIN, Y, Z, placement
+from pinmech.designs.solids import Solid, bar, box, cylinder, pin
 from pinmech.errors import InputError
 from pinmech.numeric import numbers, shown
+from pinmech.units import Quantity
 
 
 @dataclass(frozen=True)
@@ -57,11 +48,10 @@ class Decoupled4R:
         pivot: x of the base pivots R9 and R10 [m].
         half: half the distance of R9 and R10 [m]; they lie at z = ±half.
         elbow: R5 at home (x, y) [m].
-        density: of all structural parts [kg/m³].
-        effort1, velocity1: limits of the drive q1 at R1 [N·m, rad/s].
-        effort2, velocity2: limits of the drive q2 at R9 [N·m, rad/s].
-        drive_friction, drive_damping: of both drives [N·m, N·m·s/rad].
-        passive_friction, passive_damping: of every other joint [N·m, N·m·s/rad].
+        motor1: of q1 at R1 [N·m, rad/s].
+        motor2: of q2 at R9 [N·m, rad/s].
+        passive: every other joint.
+        material: of all structural parts.
     """
 
     e: float = 0.100
@@ -69,18 +59,13 @@ class Decoupled4R:
     pivot: float = 0.200
     half: float = 0.040
     elbow: tuple[float, float] = (0.200, 0.150)
-    density: float = ALUMINIUM
-    effort1: float = 20.0
-    velocity1: float = 2.0
-    effort2: float = 20.0
-    velocity2: float = 2.0
-    drive_friction: float = 0.0
-    drive_damping: float = 0.0
-    passive_friction: float = 0.0
-    passive_damping: float = 0.0
+    motor1: Motor = decoupled.ROTARY
+    motor2: Motor = decoupled.ROTARY
+    passive: PassiveJoint = FREE
+    material: Material = ALUMINIUM
 
     def __post_init__(self) -> None:
-        check_numbers(self)
+        check_dimensions(self)
         elbow = numbers(self.elbow, "elbow coordinate")
         if elbow.shape != (2,) or not np.isfinite(elbow).all():
             raise InputError(f"elbow must be two finite numbers (x, y), not {shown(self.elbow)}")
@@ -100,58 +85,44 @@ class Decoupled4R:
     # ------------------------------------------------------------------------------- the tree
 
     def _urdf(self, name: str) -> str:
-        drive1 = Drive(self.effort1, self.velocity1, self.drive_friction, self.drive_damping)
-        drive2 = Drive(self.effort2, self.velocity2, self.drive_friction, self.drive_damping)
-        passive = Passive(self.passive_friction, self.passive_damping)
-        across, turn = decoupled.ACROSS, decoupled.ALONG_ACROSS
-        m, half = self.m, self.half
-        tip = placement((m, 0, 0))
-        links: list[Any] = [make_link("base", self._base())]
-        joints: list[Any] = []
-        parallelogram: decoupled.Built = (
-            [
-                make_link("crank", self._crank("driven")),
-                make_link("follower", self._crank("rod")),
-                make_link("riser", self._riser()),
-                frame_link("riser_r8"),
-                frame_link("follower_r8"),
-            ],
-            [
-                make_joint(
-                    "q2", "base", "crank", placement((self.pivot, 0, half)), across, role=drive2
-                ),
-                make_joint(
-                    "r10",
-                    "base",
-                    "follower",
-                    placement((self.pivot, 0, -half)),
-                    across,
-                    role=passive,
-                ),
-                make_joint("r7", "crank", "riser", tip, across, role=passive),
-                fixed_joint("riser", "riser_r8", placement((0, 0, -2.0 * half), turn)),
-                fixed_joint("follower", "follower_r8", placement((m, 0, 0), turn)),
-            ],
-        )
-        r6 = self.pivot + m  # x; R6 is the middle of the riser, whose frame is at R7
+        r6 = self.pivot + self.m  # x; R6 is the middle of the riser, whose frame is at R7
         chain = decoupled.chain_3r(
             "riser",
-            (0.0, 0.0, -half),
+            (0.0, 0.0, -self.half),
             (self.elbow[0] - r6, self.elbow[1]),
             (self.e - r6, 0.0),
             0.0,
-            self.density,
-            passive,
+            self.material,
+            self.passive,
         )
-        for more_links, more_joints in (
-            decoupled.pointing_leg(self.e, drive1, passive, self.density),
-            parallelogram,
+        links, joints = joined(
+            ([make_link("base", self._base())], []),
+            decoupled.pointing_leg(self.e, self.motor1, self.passive, self.material),
+            self._parallelogram(),
             chain,
             decoupled.r3_frames(self.e),
-        ):
-            links += more_links
-            joints += more_joints
+        )
         return urdf_text(name, links, joints, "pinmech/designs/decoupled_4r.py")
+
+    def _parallelogram(self) -> Built:
+        across, turn = decoupled.ACROSS, decoupled.ALONG_ACROSS
+        half, tip, passive = self.half, placement((self.m, 0, 0)), self.passive
+        r9, r10 = placement((self.pivot, 0, half)), placement((self.pivot, 0, -half))
+        links = [
+            make_link("crank", self._crank("driven")),
+            make_link("follower", self._crank("rod")),
+            make_link("riser", self._riser()),
+            frame_link("riser_r8"),
+            frame_link("follower_r8"),
+        ]
+        joints = [
+            make_joint("q2", "base", "crank", r9, across, role=self.motor2),
+            make_joint("r10", "base", "follower", r10, across, role=passive),
+            make_joint("r7", "crank", "riser", tip, across, role=passive),
+            fixed_joint("riser", "riser_r8", placement((0, 0, -2.0 * half), turn)),
+            fixed_joint("follower", "follower_r8", placement((self.m, 0, 0), turn)),
+        ]
+        return links, joints
 
     # ------------------------------------------------------------------------------ the solids
 
@@ -161,13 +132,13 @@ class Decoupled4R:
         side = -0.034  # the stand of R9 and R10, beside the cranks
         top = (self.pivot, side, self.half + 0.014)
         return [
-            *decoupled.column(floor, self.density),
+            *decoupled.column(floor, self.material),
             box(
                 (0.5 * (far - 0.06), -0.01, floor - 0.005),
                 (far + 0.06, 0.16, 0.010),
                 "base",
                 None,
-                self.density,
+                self.material,
             ),
             bar(
                 (self.pivot, side, floor),
@@ -176,7 +147,7 @@ class Decoupled4R:
                 0.010,
                 (1, 0, 0),
                 "base",
-                self.density,
+                self.material,
                 inset=0.001,
             ),
             cylinder(
@@ -184,7 +155,7 @@ class Decoupled4R:
                 (self.pivot, side - 0.005, self.half),
                 0.018,
                 "motor",
-                self.density,
+                self.material,
                 inset=0.001,
             ),
             pin((self.pivot, 0.5 * side, self.half), Y, -side, 0.005),
@@ -193,7 +164,7 @@ class Decoupled4R:
 
     def _crank(self, paint: str) -> list[Solid]:
         return [
-            bar(ORIGIN, (self.m, 0, 0), 0.014, 0.008, Z, paint, self.density, inset=0.012),
+            bar(ORIGIN, (self.m, 0, 0), 0.014, 0.008, Z, paint, self.material, inset=0.012),
             pin(ORIGIN, Y, 0.018, 0.006),
             pin((self.m, 0, 0), Y, 0.022, 0.004),
         ]
@@ -208,7 +179,7 @@ class Decoupled4R:
                 0.006,
                 (1, 0, 0),
                 "rod",
-                self.density,
+                self.material,
                 inset=0.012,
             ),
             pin((0, 0, -self.half), Z, 0.020, 0.005),
@@ -217,23 +188,25 @@ class Decoupled4R:
     # -------------------------------------------------------------------------- the description
 
     def _description(self, name: str) -> str:
-        return f"""\
-# written by pinmech/designs/decoupled_4r.py; do not edit
-# e = {1e3 * self.e:.10g} mm, m = {1e3 * self.m:.10g} mm. Every other length, masses, sections,
-# effort and velocity limits are assumptions; the paper gives no joint limits.
-schema: 1
-name: {name}
-title: decoupled 2-DOF spherical mechanism with a parallelogram drive
-source: {decoupled.SOURCE}
-urdf: ../urdf/{name}.urdf
-platform: platform
-loops:
-  - {{name: r3, type: revolute, frames: [coupler_r3, platform_r3]}}
-  - {{name: r8, type: revolute, frames: [riser_r8, follower_r8]}}  # the parallelogram
-actuators:  # q1 turns R1 itself, q2 the crank at R9, zero at home: m sin(q2) = e sin(theta2)
-  - {{name: q1, joint: theta1}}
-  - {{name: q2, joint: q2}}
-outputs: {{kind: joints, names: [theta1, theta2]}}  # platform rotation Rz(theta1) R-y(theta2)
-# a second assembly, theta2 -> 180 deg - theta2, has the same q2 and is near when q2 nears 90 deg
-home: {{theta1: 0.0, theta2: 0.0, q2: 0.0}}
-"""
+        def size(length: float) -> str:
+            return Quantity.LENGTH.text(length, ".10g")
+
+        parallelogram = {"name": "r8", "type": "revolute", "frames": ["riser_r8", "follower_r8"]}
+        return decoupled.description_text_of(
+            name,
+            "decoupled 2-DOF spherical mechanism with a parallelogram drive",
+            [decoupled.R3_LOOP, parallelogram],
+            head=(
+                "written by pinmech/designs/decoupled_4r.py; do not edit",
+                f"e = {size(self.e)}, m = {size(self.m)}. Every other length, "
+                "masses, sections, effort and velocity limits are assumptions; the paper gives no "
+                "joint limits.",
+            ),
+            notes={
+                "loops": "r8 closes the parallelogram",
+                "actuators": "q1 turns R1 itself, q2 the crank at R9, zero at home: "
+                "m sin(q2) = e sin(theta2)",
+                "home": "a second assembly, theta2 -> 180 deg - theta2, has the same q2 and is "
+                "near when q2 nears 90 deg",
+            },
+        )

@@ -24,34 +24,27 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from pinmech.designs.dimensions import check_dimensions
+from pinmech.designs.hardware import ALUMINIUM, STEEL, Material, Motor
 from pinmech.designs.parts import (
     Design,
-    Drive,
-    check_numbers,
     fixed_joint,
     frame_link,
     make_joint,
     make_link,
     urdf_text,
 )
-from pinmech.designs.solids import (
-    ALUMINIUM,
-    ORIGIN,
-    STEEL,
-    Solid,
-    X,
-    Y,
-    Z,
-    bar,
-    box,
-    cylinder,
-    placement,
-    rotation,
-    sphere,
-)
+from pinmech.designs.placements import ORIGIN, X, Y, Z, placement, rotation
+from pinmech.designs.solids import Solid, bar, box, cylinder, sphere
+from pinmech.designs.yamltext import description_text
 from pinmech.errors import InputError
+from pinmech.units import Quantity
 
 AZIMUTHS = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
+
+
+#: Drive of a rod; its limits are assumptions.
+ROD_MOTOR = Motor(effort=500.0, velocity=0.5)
 
 
 @dataclass(frozen=True)
@@ -64,9 +57,8 @@ class GPR3PS:
         q_home: rod heights at home [m].
         q_lower, q_upper: range of the rod heights [m]; the difference is the stroke, 20 inches.
         slider_travel: range of the virtual sliders to either side [m].
-        density: of all structural parts [kg/m³].
-        effort, velocity: limits of the rod drives [N, m/s].
-        drive_friction, drive_damping: of the rod drives [N, N·s/m].
+        motor: of each rod [N, m/s].
+        material: of all structural parts.
     """
 
     R: float = 0.0985
@@ -75,14 +67,11 @@ class GPR3PS:
     q_lower: float = 0.100
     q_upper: float = 0.608
     slider_travel: float = 0.040
-    density: float = ALUMINIUM
-    effort: float = 500.0
-    velocity: float = 0.5
-    drive_friction: float = 0.0
-    drive_damping: float = 0.0
+    motor: Motor = ROD_MOTOR
+    material: Material = ALUMINIUM
 
     def __post_init__(self) -> None:
-        check_numbers(self, may_be_zero=("q_lower",))
+        check_dimensions(self, may_be_zero=("q_lower",))
         if not self.q_lower <= self.q_home <= self.q_upper:
             raise InputError(
                 f"q_home = {self.q_home:g} m must lie within q_lower = {self.q_lower:g} and "
@@ -98,7 +87,6 @@ class GPR3PS:
     # ------------------------------------------------------------------------------- the tree
 
     def _urdf(self, name: str) -> str:
-        drive = Drive(self.effort, self.velocity, self.drive_friction, self.drive_damping)
         reach = self.R
         pose: tuple[tuple[str, tuple[float, float, float], tuple[float, float] | None], ...] = (
             # The platform's plane meets the base axis at the mean height of the rods.
@@ -132,17 +120,9 @@ class GPR3PS:
                 links.append(frame_link(f"platform_p{k}"))
                 joints.append(fixed_joint("platform", f"platform_p{k}", at))
             links.append(make_link(f"rod{k}", self._rod()))
+            stroke = (self.q_lower, self.q_upper)
             joints.append(
-                make_joint(
-                    f"q{k}",
-                    "base",
-                    f"rod{k}",
-                    at,
-                    Z,
-                    "prismatic",
-                    (self.q_lower, self.q_upper),
-                    drive,
-                )
+                make_joint(f"q{k}", "base", f"rod{k}", at, Z, "prismatic", stroke, self.motor)
             )
         return urdf_text(name, links, joints, "pinmech/designs/gpr_3ps.py")
 
@@ -154,21 +134,21 @@ class GPR3PS:
     def _platform(self) -> list[Solid]:
         solids = [
             cylinder(
-                (0, 0, 0.010), (0, 0, 0.020), 0.55 * self.R, "platform", self.density, inset=0.0
+                (0, 0, 0.010), (0, 0, 0.020), 0.55 * self.R, "platform", self.material, inset=0.0
             ),
             cylinder(
-                (0, 0, 0.020), (0, 0, 0.050), 0.30 * self.R, "platform", self.density, inset=0.0
+                (0, 0, 0.020), (0, 0, 0.050), 0.30 * self.R, "platform", self.material, inset=0.0
             ),
         ]
         for azimuth in AZIMUTHS:
             turn = rotation("z", azimuth)
             a, b = turn @ (0.3 * self.R, 0.0, 0.012), turn @ (1.15 * self.R, 0.0, 0.012)
-            solids.append(bar(a, b, 0.022, 0.008, turn[:, 1], "platform", self.density, inset=0.0))
+            solids.append(bar(a, b, 0.022, 0.008, turn[:, 1], "platform", self.material, inset=0.0))
         return solids
 
     def _slider(self) -> list[Solid]:
         return [
-            box((0, 0, 0.004), (0.018, 0.026, 0.008), "joint", None, self.density, False),
+            box((0, 0, 0.004), (0.018, 0.026, 0.008), "joint", None, self.material, False),
         ]
 
     def _rod(self) -> list[Solid]:
@@ -182,53 +162,55 @@ class GPR3PS:
         floor = -(self.q_upper + 0.05 - self.q_lower)
         outer = self.R + 0.035
         solids = [
-            cylinder((0, 0, -0.012), (0, 0, 0.0), outer, "base", self.density, inset=0.0),
-            cylinder((0, 0, floor - 0.012), (0, 0, floor), outer, "base", self.density, inset=0.0),
+            cylinder((0, 0, -0.012), (0, 0, 0.0), outer, "base", self.material, inset=0.0),
+            cylinder((0, 0, floor - 0.012), (0, 0, floor), outer, "base", self.material, inset=0.0),
         ]
         for azimuth in AZIMUTHS:
             turn = rotation("z", azimuth)
             foot, head = turn @ (self.R, 0, 0.0), turn @ (self.R, 0, 0.035)
-            solids.append(cylinder(foot, head, 0.014, "motor", self.density, inset=0.0))
+            solids.append(cylinder(foot, head, 0.014, "motor", self.material, inset=0.0))
             half = rotation("z", azimuth + math.pi / 3.0)
             low, top = half @ (self.R, 0, floor), half @ (self.R, 0, -0.012)
-            solids.append(cylinder(low, top, 0.012, "base", self.density, inset=0.0))
+            solids.append(cylinder(low, top, 0.012, "base", self.material, inset=0.0))
         return solids
 
     # -------------------------------------------------------------------------- the description
 
     def _description(self, name: str) -> str:
-        ends = [f"slider{k}" if self.augmented else f"platform_p{k}" for k in (1, 2, 3)]
-        loops = "\n".join(
-            f"  - {{name: p{k}, type: spherical, frames: [{end}, rod{k}]}}"
-            for k, end in enumerate(ends, start=1)
-        )
+        rods = (1, 2, 3)
         if self.augmented:
-            title = "gimbal positioner, three parallel rods, with virtual sliders (3-PS augmented)"
-            outputs = "z, alpha, beta"
-            note = "# l1..l3 are virtual sliders along O_pP_k: play and elasticity as joints"
+            kind = "with virtual sliders (3-PS augmented)"
+            outputs = ["z", "alpha", "beta"]
+            remark = "l1..l3 are virtual sliders along O_pP_k: play and elasticity as joints"
         else:
-            title = "gimbal positioner, three parallel rods, overconstrained (3-PS ideal)"
-            outputs = "z"
-            note = "# finite motion is along z only; at level the instantaneous mobility is 3"
-        q = f"{self.q_home:.10g}"
-        return f"""\
-# written by pinmech/designs/gpr_3ps.py; do not edit
-# R = {1e3 * self.R:.10g} mm is not printed in the paper: an assumption (it gives the 30 um shift of
-# the centre at 2 deg), as are stroke, masses, sections, effort and velocity limits.
-{note}
-schema: 1
-name: {name}
-title: {title}
-source: "Bratovanov, Sotirov, Zamanov: Mobility and accuracy analysis of a class of overconstrained
-  parallel mechanisms"
-urdf: ../urdf/{name}.urdf
-platform: platform
-loops:  # the spherical joints P_k
-{loops}
-actuators:  # height of P_k over the base plane
-  - {{name: q1, joint: q1}}
-  - {{name: q2, joint: q2}}
-  - {{name: q3, joint: q3}}
-outputs: {{kind: joints, names: [{outputs}]}}  # platform rotation Ry(beta) Rx(alpha) Rz(yaw)
-home: {{z: {q}, q1: {q}, q2: {q}, q3: {q}}}
-"""
+            kind = "overconstrained (3-PS ideal)"
+            outputs = ["z"]
+            remark = "finite motion is along z only; at level the instantaneous mobility is 3"
+        end = "slider" if self.augmented else "platform_p"
+        return description_text(
+            name,
+            {
+                "title": f"gimbal positioner, three parallel rods, {kind}",
+                "source": "Bratovanov, Sotirov, Zamanov: Mobility and accuracy analysis of a class "
+                "of overconstrained parallel mechanisms",
+                "loops": [
+                    {"name": f"p{k}", "type": "spherical", "frames": [f"{end}{k}", f"rod{k}"]}
+                    for k in rods
+                ],
+                "actuators": [{"name": f"q{k}", "joint": f"q{k}"} for k in rods],
+                "outputs": {"kind": "joints", "names": outputs},
+                "home": dict.fromkeys(["z", *(f"q{k}" for k in rods)], self.q_home),
+            },
+            head=(
+                "written by pinmech/designs/gpr_3ps.py; do not edit",
+                f"R = {Quantity.LENGTH.text(self.R, '.10g')} is not printed in the paper: an "
+                "assumption (it gives the 30 um shift of the centre at 2 deg), as are stroke, "
+                "masses, sections, effort and velocity limits.",
+                remark,
+            ),
+            notes={
+                "loops": "the spherical joints P_k",
+                "actuators": "height of P_k over the base plane",
+                "outputs": "platform rotation Ry(beta) Rx(alpha) Rz(yaw)",
+            },
+        )

@@ -12,17 +12,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from pinmech.description.schema import LARGEST
-from pinmech.designs.solids import Array, Point, Solid, mass_properties, placement
-from pinmech.errors import InputError, UnknownNameError
-from pinmech.numeric import number as number_of
-from pinmech.numeric import shown
+from pinmech.designs.hardware import FREE, Motor, PassiveJoint
+from pinmech.designs.placements import Array, Point, placement
+from pinmech.designs.solids import Solid, mass_properties
+from pinmech.errors import InputError
 
 #: Colours by what a part is (red, green, blue, opacity).
 PAINTS: dict[str, tuple[float, float, float, float]] = {
@@ -37,6 +36,10 @@ PAINTS: dict[str, tuple[float, float, float, float]] = {
 
 KINEMATIC_DIGITS = 13
 OTHER_DIGITS = 10
+
+
+#: Links and joints of a part of the tree, by yourdfpy.
+Built = tuple[list[Any], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -97,31 +100,6 @@ def frame_link(name: str) -> Any:
     return _yourdfpy().Link(name=name)
 
 
-@dataclass(frozen=True)
-class Passive:
-    """Resistance of the passive joints: damping [N·m·s/rad or N·s/m], friction [N·m or N]."""
-
-    friction: float = 0.0
-    damping: float = 0.0
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Limits and resistance of a driven joint.
-
-    Attributes:
-        effort: largest torque or force [N·m or N].
-        velocity: largest rate [rad/s or m/s].
-        friction: dry friction [N·m or N].
-        damping: viscous damping [N·m·s/rad or N·s/m].
-    """
-
-    effort: float
-    velocity: float
-    friction: float = 0.0
-    damping: float = 0.0
-
-
 def make_joint(
     name: str,
     parent: str,
@@ -130,7 +108,7 @@ def make_joint(
     axis: Point,
     kind: str = "revolute",
     limits: tuple[float, float] | None = None,
-    role: Passive | Drive | None = None,
+    role: Motor | PassiveJoint = FREE,
 ) -> Any:
     """A moving joint.
 
@@ -140,15 +118,14 @@ def make_joint(
         kind: ``"revolute"`` or ``"prismatic"``; a revolute joint without limits is written as
             ``continuous``.
         limits: lower, upper [rad or m].
-        role: drive or passive resistance; None: passive without resistance. A passive joint with
-            limits has effort 0, since nothing drives it.
+        role: its motor, or what resists in a passive joint. A passive joint with limits has
+            effort 0, since nothing drives it.
     """
     y = _yourdfpy()
-    role = Passive() if role is None else role
     if kind == "prismatic" and limits is None:
         raise InputError(f"prismatic joint {name!r} needs limits: URDF has none without")
     limit: Any = None
-    if isinstance(role, Drive):
+    if isinstance(role, Motor):
         limit = y.Limit(effort=role.effort, velocity=role.velocity)
     elif limits is not None:
         limit = y.Limit(effort=0.0, velocity=1000.0)
@@ -174,6 +151,12 @@ def fixed_joint(parent: str, child: str, origin: Array) -> Any:
     return _yourdfpy().Joint(
         name=f"{child}_fixed", type="fixed", parent=parent, child=child, origin=_clean(origin)
     )
+
+
+def joined(*built: Built) -> Built:
+    """The links and joints of several parts, in their order."""
+    links = [link for part, _ in built for link in part]
+    return links, [joint for _, part in built for joint in part]
 
 
 # ---------------------------------------------------------------------------------------- text
@@ -233,55 +216,6 @@ def number(value: float, digits: int = KINEMATIC_DIGITS, angle: bool = False) ->
             return repr(steps * math.pi / 12.0)
     text = f"{value:.{digits}g}"
     return text[:-2] if text.endswith(".0") else text
-
-
-def check_numbers(dimensions: Any, *, may_be_zero: Sequence[str] = ()) -> None:
-    """Check the ``float`` fields of a dataclass of dimensions: finite and positive; those named in
-    ``may_be_zero``, frictions and dampings only finite and not negative.
-
-    Raises:
-        InputError: one message that lists all fields that are not.
-    """
-    bad: dict[str, list[str]] = {}
-    for field in fields(dimensions):
-        if field.type not in ("float", float):
-            continue
-        value = getattr(dimensions, field.name)
-        zero = field.name in may_be_zero or field.name.endswith(("_friction", "_damping"))
-        what = "at least 0" if zero else "positive"
-        try:
-            size = number_of(value, field.name)
-        except InputError:
-            size = -1.0
-        if size > LARGEST:
-            what = f"at most {LARGEST:g}"
-        if size > LARGEST or size < 0.0 or (size == 0.0 and not zero):
-            bad.setdefault(what, []).append(f"{field.name} = {shown(value)}")
-    if bad:
-        texts = (f"must be finite and {what}: {', '.join(names)}" for what, names in bad.items())
-        raise InputError("; ".join(texts))
-
-
-D = TypeVar("D")
-
-
-def made(kind: type[D], dimensions: Mapping[str, Any], **settled: Any) -> D:
-    """A dataclass of dimensions, from those that were given.
-
-    Args:
-        kind: the dataclass.
-        dimensions: name -> value, in SI.
-        settled: fields that are not for the user to choose.
-
-    Raises:
-        UnknownNameError: the mechanism has no such dimension.
-        InputError: a value that it cannot have.
-    """
-    known = [field.name for field in fields(kind) if field.name not in settled]  # type: ignore[arg-type]
-    for name in dimensions:
-        if name not in known:
-            raise UnknownNameError("dimension", name, known)
-    return kind(**dimensions, **settled)
 
 
 def _geometry(y: Any, shape: tuple[str, tuple[float, ...]]) -> Any:

@@ -12,27 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pinmech.designs.parts import (
-    Drive,
-    check_numbers,
-    fixed_joint,
-    frame_link,
-    made,
-    make_joint,
-    make_link,
-    urdf_text,
-)
-from pinmech.designs.solids import (
-    ALUMINIUM,
-    ORIGIN,
-    Solid,
-    Y,
-    Z,
-    bar,
-    cylinder,
-    pin,
-    placement,
-)
+from pinmech.designs.dimensions import check_dimensions, made
+from pinmech.designs.hardware import ALUMINIUM, Material, Motor
+from pinmech.designs.parts import fixed_joint, frame_link, make_joint, make_link, urdf_text
+from pinmech.designs.placements import ORIGIN, Y, Z, placement
+from pinmech.designs.solids import Solid, bar, cylinder, pin
+
+#: Drive of a joint; its limits are assumptions.
+JOINT_MOTOR = Motor(effort=20.0, velocity=6.0)
 
 
 @dataclass(frozen=True)
@@ -44,9 +31,8 @@ class Planar3R:
         height: of the column, from its foot to the shoulder's plane [m].
         step: how far each link lies above the one before [m].
         reach: limit of each joint to either side [rad].
-        density: of all structural parts [kg/m³].
-        effort, velocity: limits of the joint drives [N·m, rad/s].
-        drive_friction, drive_damping: of the joint drives [N·m, N·m·s/rad].
+        motor: of each joint [N·m, rad/s].
+        material: of all structural parts.
     """
 
     upper: float = 0.160
@@ -55,87 +41,48 @@ class Planar3R:
     height: float = 0.080
     step: float = 0.040
     reach: float = 2.9
-    density: float = ALUMINIUM
-    effort: float = 20.0
-    velocity: float = 6.0
-    drive_friction: float = 0.0
-    drive_damping: float = 0.0
+    motor: Motor = JOINT_MOTOR
+    material: Material = ALUMINIUM
 
     def __post_init__(self) -> None:
-        check_numbers(self)
+        check_dimensions(self)
 
     def urdf(self, name: str = "planar_3r") -> str:
         """The arm as URDF text."""
-        drive = Drive(self.effort, self.velocity, self.drive_friction, self.drive_damping)
-        limits = (-self.reach, self.reach)
-        blade: list[Solid] = [
-            bar(
-                ORIGIN,
-                (self.hand, 0, 0),
-                0.060,
-                0.003,
-                Y,
-                "platform",
-                self.density,
-                inset=(0.03, 0.005),
-            ),
-            cylinder((0, 0, -0.010), (0, 0, 0.004), 0.022, "joint", self.density, inset=0.001),
-        ]
         links: list[Any] = [
-            make_link(
-                "column",
-                [
-                    cylinder(
-                        ORIGIN,
-                        (0, 0, self.height - 0.5 * self.step),
-                        0.045,
-                        "motor",
-                        self.density,
-                        inset=0.001,
-                    ),
-                ],
-            ),
+            make_link("column", self._column()),
             make_link("upper", self._link(self.upper)),
             make_link("fore", self._link(self.fore)),
-            make_link("hand", blade),
+            make_link("hand", self._blade()),
             frame_link("tool"),
         ]
+        limits = (-self.reach, self.reach)
         joints: list[Any] = [
-            make_joint(
-                "shoulder",
-                "column",
-                "upper",
-                placement((0, 0, self.height)),
-                Z,
-                limits=limits,
-                role=drive,
-            ),
-            make_joint(
-                "elbow",
-                "upper",
-                "fore",
-                placement((self.upper, 0, self.step)),
-                Z,
-                limits=limits,
-                role=drive,
-            ),
-            make_joint(
-                "wrist",
-                "fore",
-                "hand",
-                placement((self.fore, 0, self.step)),
-                Z,
-                limits=limits,
-                role=drive,
-            ),
-            fixed_joint("hand", "tool", placement((self.hand, 0, 0))),
+            make_joint(joint, parent, child, placement(at), Z, limits=limits, role=self.motor)
+            for joint, parent, child, at in (
+                ("shoulder", "column", "upper", (0, 0, self.height)),
+                ("elbow", "upper", "fore", (self.upper, 0, self.step)),
+                ("wrist", "fore", "hand", (self.fore, 0, self.step)),
+            )
         ]
+        joints.append(fixed_joint("hand", "tool", placement((self.hand, 0, 0))))
         return urdf_text(name, links, joints, "pinmech/designs/planar_3r.py")
+
+    def _column(self) -> list[Solid]:
+        top = (0, 0, self.height - 0.5 * self.step)
+        return [cylinder(ORIGIN, top, 0.045, "motor", self.material, inset=0.001)]
+
+    def _blade(self) -> list[Solid]:
+        end, inset = (self.hand, 0, 0), (0.03, 0.005)
+        return [
+            bar(ORIGIN, end, 0.060, 0.003, Y, "platform", self.material, inset=inset),
+            cylinder((0, 0, -0.010), (0, 0, 0.004), 0.022, "joint", self.material, inset=0.001),
+        ]
 
     def _link(self, length: float) -> list[Solid]:
         thickness = 0.7 * self.step
         return [
-            bar(ORIGIN, (length, 0, 0), 0.080, thickness, Y, "driven", self.density, inset=0.028),
+            bar(ORIGIN, (length, 0, 0), 0.080, thickness, Y, "driven", self.material, inset=0.028),
             pin(ORIGIN, Z, self.step, 0.010),
         ]
 

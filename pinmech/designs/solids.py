@@ -1,94 +1,34 @@
-"""Solids with exact mass and inertia, and the placements they are built from.
+"""Solids with exact mass and inertia, in the frame of the link that owns them.
 
 The same solids are weighed, drawn and (a little shorter and thinner, so that neighbours do not
-touch at their joint) collide. Trigonometry is scalar (``math``, not the vectorised kernels of
-numpy), so that numbers come out the same on every machine.
+touch at their joint) collide.
 
-Units: m, kg, rad. Positions and axes of a solid are in the frame of the link that owns it.
+Units: m, kg, rad.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from pinmech.designs.hardware import ALUMINIUM, STEEL, Material
+from pinmech.designs.placements import (
+    ORIGIN,
+    Array,
+    Point,
+    along,
+    between,
+    cross,
+    distance,
+    placement,
+    rotation,
+    unit,
+)
 from pinmech.errors import InputError
-
-Array = np.ndarray
-Point = Sequence[float] | Array
-
-ALUMINIUM = 2700.0  #: density [kg/m³]
-STEEL = 7850.0  #: density [kg/m³]
-
-ORIGIN = (0.0, 0.0, 0.0)
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-
-
-def rotation(axis: str, angle: float) -> Array:
-    """Rotation matrix (3, 3) about the coordinate axis ``"x"``, ``"y"`` or ``"z"`` by angle [rad].
-
-    Multiples of 90 degrees are exact.
-    """
-    c, s = math.cos(angle), math.sin(angle)
-    quarter = angle / (math.pi / 2)
-    if abs(quarter - round(quarter)) < 1e-15 * max(1.0, abs(quarter)):
-        c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarter) % 4]
-    if axis == "x":
-        return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-    if axis == "y":
-        return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    if axis == "z":
-        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    raise InputError(f"axis must be 'x', 'y' or 'z', not {axis!r}")
-
-
-def placement(xyz: Point = ORIGIN, turn: Array | None = None) -> Array:
-    """Homogeneous matrix (4, 4) of a position [m] and a rotation matrix (none: identity)."""
-    out = np.eye(4)
-    out[:3, 3] = xyz
-    if turn is not None:
-        out[:3, :3] = turn
-    return out
-
-
-def unit(vector: Point) -> Array:
-    """The unit vector along ``vector`` (3,), which must not be zero."""
-    x, y, z = (float(v) for v in vector)
-    length = math.sqrt(x * x + y * y + z * z)
-    if not length > 0.0:
-        raise InputError("a direction must not be the zero vector")
-    return np.array([x / length, y / length, z / length])
-
-
-def cross(a: Point, b: Point) -> Array:
-    """Cross product (3,) in scalar arithmetic."""
-    return np.array(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
-
-
-def frame_from(z: Point, x: Point) -> Array:
-    """Rotation matrix with third column along ``z`` and first column towards ``x``."""
-    third = unit(z)
-    second = unit(cross(third, x))
-    return np.column_stack([cross(second, third), second, third])
-
-
-def distance(a: Point, b: Point) -> float:
-    """Distance of two points [m]."""
-    return math.sqrt(sum((float(q) - float(p)) ** 2 for p, q in zip(a, b, strict=True)))
-
-
-def between(a: Point, b: Point, share: float) -> Array:
-    """The point at ``share`` of the way from a to b (0: a, 1: b)."""
-    return np.array([p + share * (q - p) for p, q in zip(a, b, strict=True)], dtype=float)
-
-
-# -------------------------------------------------------------------------------------- solids
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,19 +84,19 @@ def box(
     size: Point,
     paint: str,
     turn: Array | None = None,
-    density: float = ALUMINIUM,
+    material: Material = ALUMINIUM,
     collides: bool = True,
 ) -> Solid:
     """A box of edge lengths ``size`` [m] about ``centre``, turned by ``turn`` (3, 3)."""
     edges = tuple(float(s) for s in size)
     pose = placement(centre, turn)
     small = ("box", tuple(0.95 * s for s in edges))
-    return Solid(("box", edges), pose, paint, density, (small, pose) if collides else None)
+    return Solid(("box", edges), pose, paint, material.density, (small, pose) if collides else None)
 
 
-def sphere(centre: Point, radius: float, paint: str = "joint", density: float = STEEL) -> Solid:
+def sphere(centre: Point, radius: float, paint: str = "joint", material: Material = STEEL) -> Solid:
     """A ball [m]; balls mark joints, where neighbours overlap, so they do not collide."""
-    return Solid(("sphere", (float(radius),)), placement(centre), paint, density)
+    return Solid(("sphere", (float(radius),)), placement(centre), paint, material.density)
 
 
 def cylinder(
@@ -164,7 +104,7 @@ def cylinder(
     b: Point,
     radius: float,
     paint: str,
-    density: float = ALUMINIUM,
+    material: Material = ALUMINIUM,
     inset: float | tuple[float, float] | None = None,
 ) -> Solid:
     """A cylinder from the point a to the point b [m].
@@ -173,7 +113,7 @@ def cylinder(
         inset: how much shorter the colliding cylinder is, at both ends or (at a, at b) [m];
             None when it does not collide.
     """
-    length, turn = distance(a, b), _along(a, b)
+    length, turn = distance(a, b), along(a, b)
     pose = placement(between(a, b, 0.5), turn)
     collision = None
     if inset is not None:
@@ -182,7 +122,7 @@ def cylinder(
             p, q = between(a, b, at_a / length), between(a, b, 1.0 - at_b / length)
             small = ("cylinder", (0.95 * radius, distance(p, q)))
             collision = (small, placement(between(p, q, 0.5), turn))
-    return Solid(("cylinder", (float(radius), length)), pose, paint, density, collision)
+    return Solid(("cylinder", (float(radius), length)), pose, paint, material.density, collision)
 
 
 def bar(
@@ -192,7 +132,7 @@ def bar(
     thickness: float,
     across: Point,
     paint: str,
-    density: float = ALUMINIUM,
+    material: Material = ALUMINIUM,
     inset: float | tuple[float, float] | None = None,
 ) -> Solid:
     """A flat bar from a to b [m]: its width lies along ``across``, its thickness normal to both.
@@ -200,9 +140,9 @@ def bar(
     ``inset`` as in :func:`cylinder`.
     """
     length = distance(a, b)
-    along = np.array([(q - p) / length for p, q in zip(a, b, strict=True)])
-    normal = unit(cross(along, across))
-    turn = np.column_stack([along, cross(normal, along), normal])
+    lengthwise = np.array([(q - p) / length for p, q in zip(a, b, strict=True)])
+    normal = unit(cross(lengthwise, across))
+    turn = np.column_stack([lengthwise, cross(normal, lengthwise), normal])
     pose = placement(between(a, b, 0.5), turn)
     collision = None
     if inset is not None:
@@ -212,7 +152,9 @@ def bar(
             centre = between(a, b, 0.5 * (1.0 + (at_a - at_b) / length))
             small = ("box", (left, 0.95 * width, 0.95 * thickness))
             collision = (small, placement(centre, turn))
-    return Solid(("box", (length, float(width), float(thickness))), pose, paint, density, collision)
+    return Solid(
+        ("box", (length, float(width), float(thickness))), pose, paint, material.density, collision
+    )
 
 
 def pin(centre: Point, axis: Point, length: float, radius: float, paint: str = "joint") -> Solid:
@@ -236,7 +178,7 @@ def dish(
     radius: float,
     focal: float,
     thickness: float,
-    density: float = ALUMINIUM,
+    material: Material = ALUMINIUM,
     rings: int = 4,
     petals: int = 20,
 ) -> list[Solid]:
@@ -265,17 +207,17 @@ def dish(
             angle = 2.0 * math.pi * k / petals
             turn = rotation("z", angle) @ rotation("y", -slope)
             centre = (x0 + rho * math.cos(angle), y0 + rho * math.sin(angle), z0 + height)
-            solids.append(box(centre, size, "dish", turn, density, collides=False))
+            solids.append(box(centre, size, "dish", turn, material, collides=False))
         disc = ("cylinder", (0.95 * inner, 0.95 * (top - bottom)))
         at = placement((x0, y0, z0 + height))
         solids.append(Solid(disc, at, "dish", 0.0, (disc, at), drawn=False))
     low, high = (x0, y0, z0 - thickness), (x0, y0, z0 + thickness)
-    solids.append(cylinder(low, high, hub, "dish", density))
+    solids.append(cylinder(low, high, hub, "dish", material))
     rim, feed = 0.75 * radius, (x0, y0, z0 + focal)
     for k in range(3):
         angle = math.pi / 3.0 + 2.0 * math.pi * k / 3.0
         root = (x0 + rim * math.cos(angle), y0 + rim * math.sin(angle), z0 + rim**2 / (4.0 * focal))
-        solids.append(cylinder(root, feed, 0.012 * radius, "rod", density, inset=(0.0, 0.0)))
+        solids.append(cylinder(root, feed, 0.012 * radius, "rod", material, inset=(0.0, 0.0)))
     horn = 0.08 * radius
     solids.append(
         cylinder(
@@ -283,7 +225,7 @@ def dish(
             (x0, y0, feed[2] + horn),
             0.6 * horn,
             "motor",
-            density,
+            material,
             inset=0.0,
         )
     )
@@ -315,14 +257,3 @@ def mass_properties(solids: Iterable[Solid]) -> tuple[float, Array, Array]:
         square = float((arm * arm).sum())
         inertia += s.inertia() + s.mass * (square * np.eye(3) - np.outer(arm, arm))
     return mass, com, 0.5 * (inertia + inertia.T)
-
-
-def _along(a: Point, b: Point) -> Array:
-    """A rotation whose z points along the line from a to b, whichever way (it has no sense)."""
-    x, y, z = (float(v) for v in np.subtract(b, a))
-    if z < 0.0:
-        x, y, z = -x, -y, -z
-    flat = math.hypot(x, y)
-    if flat < 1e-12 * math.hypot(flat, z):
-        return np.eye(3)
-    return rotation("z", math.atan2(y, x)) @ rotation("y", math.atan2(flat, z))

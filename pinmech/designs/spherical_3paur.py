@@ -27,44 +27,41 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from pinmech.designs import spherical_3paur_bodies as bodies
+from pinmech.designs.dimensions import check_dimensions
+from pinmech.designs.hardware import ALUMINIUM, FREE, Material, Motor, PassiveJoint
 from pinmech.designs.parts import (
+    Built,
     Design,
-    Drive,
-    Passive,
-    check_numbers,
     fixed_joint,
     frame_link,
+    joined,
     make_joint,
     make_link,
     urdf_text,
 )
-from pinmech.designs.solids import (
-    ALUMINIUM,
+from pinmech.designs.placements import (
     ORIGIN,
     Array,
-    Solid,
     X,
     Y,
     Z,
-    bar,
-    box,
     cross,
-    cross_block,
-    cylinder,
     frame_from,
-    moved,
-    pin,
     placement,
-    sphere,
     unit,
 )
+from pinmech.designs.solids import cross_block, moved
+from pinmech.designs.yamltext import description_text
 from pinmech.errors import InputError
 from pinmech.numeric import numbers, one_of
+from pinmech.units import Quantity
 
+#: Drive of a crank; its limits are assumptions.
+CRANK_MOTOR = Motor(effort=10.0, velocity=3.0)
 CUTS = ("platform", "crank")
 BACK = (0.0, -1.0, 0.0)  # the direction of v at home, in limb axes
 
@@ -83,10 +80,9 @@ class Spherical3PaUR:
         cut: which revolute joints the tree is cut at. ``"platform"``: c1, c2, c3, r2, r3.
             ``"crank"``: b1, b2, b3, d2, d3 (limbs 2 and 3 then hang from the platform).
         crank_margin: how far the crank limits stay from the flat parallelogram [rad].
-        density: of all structural parts [kg/m³].
-        effort, velocity: limits of the crank drives [N·m, rad/s].
-        drive_friction, drive_damping: of the crank drives [N·m, N·m·s/rad].
-        passive_friction, passive_damping: of every other joint of the tree, likewise.
+        motor: of each crank [N·m, rad/s].
+        passive: every other joint of the tree.
+        material: of all structural parts.
     """
 
     r0: float = 0.080
@@ -95,16 +91,12 @@ class Spherical3PaUR:
     lines: Sequence[Sequence[float]] = (Y, Z, X)
     cut: str = "platform"
     crank_margin: float = math.radians(1.0)
-    density: float = ALUMINIUM
-    effort: float = 10.0
-    velocity: float = 3.0
-    drive_friction: float = 0.0
-    drive_damping: float = 0.0
-    passive_friction: float = 0.0
-    passive_damping: float = 0.0
+    motor: Motor = CRANK_MOTOR
+    passive: PassiveJoint = FREE
+    material: Material = ALUMINIUM
 
     def __post_init__(self) -> None:
-        check_numbers(self, may_be_zero=("crank_margin",))
+        check_dimensions(self, may_be_zero=("crank_margin",))
         one_of(self.cut, CUTS, "cut")
         if not self.ab < self.l0:
             raise InputError(f"ab = {self.ab:g} m must be below l0 = {self.l0:g} m")
@@ -136,48 +128,45 @@ class Spherical3PaUR:
     # ------------------------------------------------------------------------------- the tree
 
     def _urdf(self, name: str) -> str:
-        passive = Passive(self.passive_friction, self.passive_damping)
-        drive = Drive(self.effort, self.velocity, self.drive_friction, self.drive_damping)
-        limit = math.pi / 2.0 - self.crank_margin
-        links: list[Any] = [make_link("base", self._base())]
-        joints: list[Any] = []
-        for i in (1, 2, 3):
-            turn = self.limb_axes(i)
-            at = placement(turn @ (self.l0, 0.0, 0.0), turn)
-            links.append(make_link(f"crank{i}", self._crank("driven")))
-            joints.append(
-                make_joint(
-                    f"crank{i}", "base", f"crank{i}", at, Z, limits=(-limit, limit), role=drive
-                )
-            )
-            forward = i == 1 or self.cut == "platform"
-            more_links, more_joints = (self._outward if forward else self._inward)(i, passive)
-            links += more_links
-            joints += more_joints
-            more_links, more_joints = self._rocker(i, turn, passive)
-            links += more_links
-            joints += more_joints
+        axes = [self.limb_axes(i) for i in (1, 2, 3)]
+        base = bodies.base(self.r0, self.l0, self.ab, axes, self.material)
+        limbs = [self._limb(i) for i in (1, 2, 3)]
+        links, joints = joined(([make_link("base", base)], []), *limbs)
         return urdf_text(name, links, joints, "pinmech/designs/spherical_3paur.py")
 
-    def _outward(self, i: int, passive: Passive) -> tuple[list[Any], list[Any]]:
+    def _limb(self, i: int) -> Built:
+        limit = math.pi / 2.0 - self.crank_margin
+        turn = self.limb_axes(i)
+        at, crank = placement(turn @ (self.l0, 0.0, 0.0), turn), f"crank{i}"
+        driven: Built = (
+            [make_link(crank, bodies.crank(self.r0, "driven", self.material))],
+            [make_joint(crank, "base", crank, at, Z, limits=(-limit, limit), role=self.motor)],
+        )
+        forward = i == 1 or self.cut == "platform"
+        chain = self._outward(i) if forward else self._inward(i)
+        return joined(driven, chain, self._rocker(i, turn))
+
+    def _outward(self, i: int) -> Built:
         """Limb i from its crank to the platform, or to the cut at r<i>."""
         d, u = placement((0.0, self.r0, 0.0)), placement((-self.l0, 0.0, 0.0))
         end = placement((0.0, -self.r0, 0.0))  # O in the arm's frame
         links = [
-            make_link(f"coupler{i}", self._coupler()),
+            make_link(f"coupler{i}", bodies.coupler(self.l0, self.material)),
             make_link(f"cross{i}", cross_block(Z, Y, 0.018, 0.003)),
-            make_link(f"arm{i}", self._arm()),
+            make_link(f"arm{i}", bodies.arm(self.r0, self.material)),
         ]
         joints = [
-            make_joint(f"d{i}", f"crank{i}", f"coupler{i}", d, Z, role=passive),
-            make_joint(f"u{i}_1", f"coupler{i}", f"cross{i}", u, Z, role=passive),
-            make_joint(f"u{i}_2", f"cross{i}", f"arm{i}", placement(), BACK, role=passive),
+            make_joint(f"d{i}", f"crank{i}", f"coupler{i}", d, Z, role=self.passive),
+            make_joint(f"u{i}_1", f"coupler{i}", f"cross{i}", u, Z, role=self.passive),
+            make_joint(f"u{i}_2", f"cross{i}", f"arm{i}", placement(), BACK, role=self.passive),
         ]
         axes = self.limb_axes(i)
         if i == 1:
-            links.append(make_link("platform", self._platform()))
+            limbs = [self.limb_axes(k) for k in (1, 2, 3)]
+            platform = bodies.platform(self.r0, limbs, self.material)
+            links.append(make_link("platform", platform))
             back = placement((0.0, -self.r0, 0.0), axes.T)
-            joints.append(make_joint("r1", "arm1", "platform", back, axes[:, 0], role=passive))
+            joints.append(make_joint("r1", "arm1", "platform", back, axes[:, 0], role=self.passive))
         else:
             along = frame_from(X, Y)
             links += [frame_link(f"arm{i}_r{i}"), frame_link(f"platform_r{i}")]
@@ -187,13 +176,18 @@ class Spherical3PaUR:
             ]
         return links, joints
 
-    def _inward(self, i: int, passive: Passive) -> tuple[list[Any], list[Any]]:
+    def _inward(self, i: int) -> Built:
         """Limb i from the platform back to the coupler, to the cut at d<i>."""
         axes = self.limb_axes(i)
         links = [
-            make_link(f"arm{i}", moved(self._arm(), placement((0.0, self.r0, 0.0)))),
+            make_link(
+                f"arm{i}", moved(bodies.arm(self.r0, self.material), placement((0.0, self.r0, 0.0)))
+            ),
             make_link(f"cross{i}", cross_block(Z, Y, 0.018, 0.003)),
-            make_link(f"coupler{i}", moved(self._coupler(), placement((self.l0, 0.0, 0.0)))),
+            make_link(
+                f"coupler{i}",
+                moved(bodies.coupler(self.l0, self.material), placement((self.l0, 0.0, 0.0))),
+            ),
             frame_link(f"crank{i}_d{i}"),
             frame_link(f"coupler{i}_d{i}"),
         ]
@@ -201,178 +195,80 @@ class Spherical3PaUR:
         out = placement(ORIGIN, axes)
         to_u = placement((0.0, self.r0, 0.0))
         joints = [
-            make_joint(f"r{i}", "platform", f"arm{i}", out, X, role=passive),
-            make_joint(f"u{i}_2", f"arm{i}", f"cross{i}", to_u, BACK, role=passive),
-            make_joint(f"u{i}_1", f"cross{i}", f"coupler{i}", placement(), Z, role=passive),
+            make_joint(f"r{i}", "platform", f"arm{i}", out, X, role=self.passive),
+            make_joint(f"u{i}_2", f"arm{i}", f"cross{i}", to_u, BACK, role=self.passive),
+            make_joint(f"u{i}_1", f"cross{i}", f"coupler{i}", placement(), Z, role=self.passive),
             fixed_joint(f"crank{i}", f"crank{i}_d{i}", to_u),
             fixed_joint(f"coupler{i}", f"coupler{i}_d{i}", placement((self.l0, 0.0, 0.0))),
         ]
         return links, joints
 
-    def _rocker(self, i: int, turn: Array, passive: Passive) -> tuple[list[Any], list[Any]]:
+    def _rocker(self, i: int, turn: Array) -> Built:
         """The second crank B_iC_i, cut at c<i> or b<i>."""
         b_in_base = placement(turn @ (self.l0 - self.ab, 0.0, 0.0), turn)
         d_x = 0.0 if i == 1 or self.cut == "platform" else self.l0  # D in the coupler's frame
         c_in_coupler = placement((d_x - self.ab, 0.0, 0.0))
         # a link's frame is at the joint that carries it: B or C
         down = placement((0.0, 0.0 if self.cut == "platform" else -self.r0, 0.0))
-        link = make_link(f"rocker{i}", moved(self._crank("rod"), down))
+        link = make_link(f"rocker{i}", moved(bodies.crank(self.r0, "rod", self.material), down))
         if self.cut == "platform":
             frames = [frame_link(f"rocker{i}_c{i}"), frame_link(f"coupler{i}_c{i}")]
             joints = [
-                make_joint(f"b{i}", "base", f"rocker{i}", b_in_base, Z, role=passive),
+                make_joint(f"b{i}", "base", f"rocker{i}", b_in_base, Z, role=self.passive),
                 fixed_joint(f"rocker{i}", f"rocker{i}_c{i}", placement((0.0, self.r0, 0.0))),
                 fixed_joint(f"coupler{i}", f"coupler{i}_c{i}", c_in_coupler),
             ]
         else:
             frames = [frame_link(f"base_b{i}"), frame_link(f"rocker{i}_b{i}")]
             joints = [
-                make_joint(f"c{i}", f"coupler{i}", f"rocker{i}", c_in_coupler, Z, role=passive),
+                make_joint(
+                    f"c{i}", f"coupler{i}", f"rocker{i}", c_in_coupler, Z, role=self.passive
+                ),
                 fixed_joint("base", f"base_b{i}", b_in_base),
                 fixed_joint(f"rocker{i}", f"rocker{i}_b{i}", placement((0.0, -self.r0, 0.0))),
             ]
         return [link, *frames], joints
 
-    # ------------------------------------------------------------------------------ the solids
-
-    def _crank(self, paint: str) -> list[Solid]:
-        tip = (0.0, self.r0, 0.0)
-        return [
-            bar(ORIGIN, tip, 0.014, 0.006, X, paint, self.density, inset=0.012),
-            pin(ORIGIN, Z, 0.024, 0.005),
-            pin(tip, Z, 0.024, 0.004),
-        ]
-
-    def _coupler(self) -> list[Solid]:
-        end = (-self.l0, 0.0, 0.0)
-        return [
-            bar(
-                (0, 0, 0.008),
-                (-self.l0 + 0.014, 0, 0.008),
-                0.012,
-                0.005,
-                Y,
-                "rod",
-                self.density,
-                inset=(0.012, 0.006),
-            ),
-            box((-self.l0 + 0.010, 0, 0), (0.006, 0.012, 0.021), "rod", None, self.density, False),
-            pin(end, Z, 0.022, 0.003),
-        ]
-
-    @property
-    def _wrist(self) -> float:
-        """Distance of the platform's pins R_i from O [m], on the side away from A_i."""
-        return 0.55 * self.r0
-
-    def _arm(self) -> list[Solid]:
-        # the frame is at U: out along -p beside the coupler, then down to the axis w through O
-        elbow, foot = (-self._wrist, 0.0, 0.0), (-self._wrist, -self.r0, 0.0)
-        return [
-            cylinder((-0.008, 0, 0), elbow, 0.004, "rod", self.density, inset=(0.006, 0.0)),
-            sphere(elbow, 0.005, "rod", self.density),
-            cylinder(elbow, foot, 0.004, "rod", self.density, inset=(0.0, 0.012)),
-            pin(foot, X, 0.022, 0.004),
-        ]
-
-    def _platform(self) -> list[Solid]:
-        solids = [sphere(ORIGIN, 0.014, "platform", self.density)]
-        for i in (1, 2, 3):
-            end = -(self._wrist - 0.002) * self.limb_axes(i)[:, 0]
-            solids.append(
-                cylinder(ORIGIN, end, 0.006, "platform", self.density, inset=(0.0, 0.014))
-            )
-        # the tool plate looks along the diagonal between the three lines
-        look = unit(sum((self.limb_axes(i)[:, 0] for i in (1, 2, 3)), np.zeros(3)))
-        top = 0.3 * self.r0 * look
-        solids += [
-            cylinder(ORIGIN, top, 0.006, "platform", self.density, inset=0.0),
-            cylinder(top, top + 0.005 * look, 0.28 * self.r0, "platform", self.density, inset=0.0),
-        ]
-        return solids
-
-    def _base(self) -> list[Solid]:
-        out: list[Solid] = []
-        axes = [self.limb_axes(i) for i in (1, 2, 3)]
-        away = unit(sum((a[:, 0] for a in axes), np.zeros(3)))
-        foot = -2.9 * self.r0 * away
-        out.append(cylinder(foot - 0.01 * away, foot, 0.05, "base", self.density, inset=0.0))
-        for turn in axes:
-
-            def limb(x: float, y: float, z: float, turn: Array = turn) -> Array:
-                return np.array(turn @ (x, y, z))
-
-            low = -0.05
-            middle = self.l0 - 0.5 * self.ab
-            out.append(
-                box(
-                    limb(middle, low, 0.0),
-                    (self.ab + 0.04, 0.016, 0.02),
-                    "base",
-                    turn,
-                    self.density,
-                )
-            )
-            for x in (self.l0, self.l0 - self.ab):
-                out.append(
-                    bar(
-                        limb(x, low, -0.010),
-                        limb(x, 0.006, -0.010),
-                        0.014,
-                        0.006,
-                        turn[:, 0],
-                        "base",
-                        self.density,
-                        inset=(0.0, 0.004),
-                    )
-                )
-            out += [
-                cylinder(
-                    limb(self.l0, 0.0, -0.013),
-                    limb(self.l0, 0.0, -0.045),
-                    0.014,
-                    "motor",
-                    self.density,
-                    inset=0.001,
-                ),
-                cylinder(foot, limb(middle, low, 0.0), 0.007, "base", self.density, inset=0.0),
-            ]
-        return out
-
     # -------------------------------------------------------------------------- the description
 
     def _description(self, name: str) -> str:
-        margin = math.degrees(self.crank_margin)
-        reach = f"phi in {margin - 180.0:.10g} .. {-margin:.10g} deg"
         if self.cut == "platform":
-            loops = [(f"c{i}", f"rocker{i}_c{i}", f"coupler{i}_c{i}") for i in (1, 2, 3)]
-            loops += [(f"r{i}", f"arm{i}_r{i}", f"platform_r{i}") for i in (2, 3)]
+            cuts = [(f"c{i}", f"rocker{i}_c{i}", f"coupler{i}_c{i}") for i in (1, 2, 3)]
+            cuts += [(f"r{i}", f"arm{i}_r{i}", f"platform_r{i}") for i in (2, 3)]
         else:
-            loops = [(f"b{i}", f"base_b{i}", f"rocker{i}_b{i}") for i in (1, 2, 3)]
-            loops += [(f"d{i}", f"crank{i}_d{i}", f"coupler{i}_d{i}") for i in (2, 3)]
-        lines = "\n".join(
-            f"  - {{name: {loop}, type: revolute, frames: [{a}, {b}]}}" for loop, a, b in loops
+            cuts = [(f"b{i}", f"base_b{i}", f"rocker{i}_b{i}") for i in (1, 2, 3)]
+            cuts += [(f"d{i}", f"crank{i}_d{i}", f"coupler{i}_d{i}") for i in (2, 3)]
+        cranks = [f"crank{i}" for i in (1, 2, 3)]
+        reach = Quantity.ANGLE.span(self.crank_margin - math.pi, -self.crank_margin, ".10g")
+        sizes = ", ".join(
+            f"{k} = {Quantity.LENGTH.shown(getattr(self, k)):.10g}" for k in ("r0", "l0", "ab")
         )
-        actuators = "\n".join(
-            f"  - {{name: crank{i}, joint: crank{i}, offset: {-math.pi / 2.0!r}}}"
-            for i in (1, 2, 3)
+        return description_text(
+            name,
+            {
+                "title": "3-DOF spherical manipulator, three limbs with parallelograms (3-PaUR)",
+                "source": "doi:10.1177/0954406218786978",
+                "loops": [
+                    {"name": loop, "type": "revolute", "frames": [first, second]}
+                    for loop, first, second in cuts
+                ],
+                "actuators": [
+                    {"name": crank, "joint": crank, "offset": -math.pi / 2.0} for crank in cranks
+                ],
+                "outputs": {"kind": "orientation", "names": ["s1", "s2", "s3"]},
+                "home": dict.fromkeys(cranks, 0.0),
+            },
+            head=(
+                "written by pinmech/designs/spherical_3paur.py; do not edit",
+                f"{sizes} mm. ab = |A_iB_i| is not printed in the paper: an assumption, as are "
+                "masses, sections, effort and velocity limits.",
+            ),
+            notes={
+                "loops": "five of the 21 revolute joints",
+                "actuators": "the value is the paper's phi_i, -90 deg at home; the joint is zero "
+                "there",
+                "outputs": "canonical coordinates",
+                "home": "the crank limits of the URDF keep the parallelograms from going flat "
+                f"(phi in {reach})",
+            },
         )
-        sizes = ", ".join(f"{k} = {1e3 * getattr(self, k):.10g}" for k in ("r0", "l0", "ab"))
-        return f"""\
-# written by pinmech/designs/spherical_3paur.py; do not edit
-# {sizes} mm. ab = |A_iB_i| is not printed in the paper: an assumption, as are masses,
-# sections, effort and velocity limits.
-schema: 1
-name: {name}
-title: 3-DOF spherical manipulator, three limbs with parallelograms (3-PaUR)
-source: doi:10.1177/0954406218786978
-urdf: ../urdf/{name}.urdf
-platform: platform
-loops:  # five of the 21 revolute joints
-{lines}
-actuators:  # the value is the paper's phi_i, -90 deg at home; the joint is zero there
-{actuators}
-outputs: {{kind: orientation, names: [s1, s2, s3]}}  # canonical coordinates
-# the crank limits of the URDF keep the parallelograms from going flat ({reach})
-home: {{crank1: 0.0, crank2: 0.0, crank3: 0.0}}
-"""

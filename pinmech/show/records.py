@@ -15,6 +15,7 @@ from pinmech.analysis.screws import LimbScrews
 from pinmech.analysis.singularity import Singularity
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.mechanism import ClosedState, Mechanism
+from pinmech.show import quantities
 
 
 def plain(value: Any) -> Any:
@@ -37,10 +38,9 @@ def _record(entries: Mapping[str, Any]) -> dict[str, Any]:
 
 def units(mechanism: Mechanism) -> dict[str, str]:
     """Output, actuator and joint names -> ``rad`` or ``m``."""
-    kinds = dict(zip(mechanism.joints, mechanism.revolving.tolist(), strict=True))
-    kinds |= {name: not a.prismatic for name, a in mechanism.actuators.items()}
-    kinds |= dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
-    return {name: "rad" if angular else "m" for name, angular in kinds.items()}
+    kinds = quantities.joints(mechanism) | quantities.actuators(mechanism)
+    kinds |= quantities.outputs(mechanism)
+    return {name: quantity.unit for name, quantity in kinds.items()}
 
 
 def info_record(mechanism: Mechanism) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from pinmech.designs import DESIGNS, Antenna3RSU
+from pinmech.designs import ALUMINIUM, DESIGNS, STEEL, Antenna3RSU, Motor, PassiveJoint
 from pinmech.errors import InputError
 
 from .helpers import Tree
@@ -157,7 +157,7 @@ def test_symmetric_masses() -> None:
         ({"l2": math.nan}, "l2 = nan"),
         ({"h": math.inf}, "h = inf"),
         ({"h": "0.1"}, "h = '0.1'"),
-        ({"passive_friction": -1.0}, "passive_friction"),
+        ({"passive": -1.0}, "must be a PassiveJoint: passive = -1.0"),
         ({"l2": 0.01}, "does not assemble"),
         ({"l2": 0.5}, "does not assemble"),
         ({"strut": "ball"}, "strut"),
@@ -175,12 +175,27 @@ def test_other_dimensions_close() -> None:
     assert max(tree.gaps(tree.home())) < 1e-12
 
 
-def test_resistances_are_written() -> None:
+def test_steel_weighs_what_steel_weighs() -> None:
+    """Only pins and balls are of steel whatever the parts are of: the rods gain less than 7850 to
+    2700, and exactly what their cylinder gains."""
+    light, heavy = (Tree(Antenna3RSU(material=m).build()).model for m in (ALUMINIUM, STEEL))
+    k = light.getJointId("rod1_u2")
+    gained = heavy.inertias[k].mass - light.inertias[k].mass
+    cylinder = math.pi * 0.005**2 * 0.94 * 0.134
+    assert gained == pytest.approx((7850.0 - 2700.0) * cylinder, rel=1e-8)
+
+
+def test_equipment_is_written() -> None:
     design = Antenna3RSU(
-        drive_friction=0.1, drive_damping=0.2, passive_friction=0.003, passive_damping=0.004
+        motor=Motor(effort=7.0, velocity=3.0, friction=0.1, damping=0.2),
+        passive=PassiveJoint(friction=0.003, damping=0.004),
     ).build()
     for name, joint in Tree(design).joints.items():
         dynamics = joint.find("dynamics")
         assert dynamics is not None
         got = (float(dynamics.get("friction", "")), float(dynamics.get("damping", "")))
         assert got == ((0.1, 0.2) if name.startswith("arm") else (0.003, 0.004))
+        limit = joint.find("limit")
+        if name.startswith("arm"):
+            assert limit is not None
+            assert (limit.get("effort"), limit.get("velocity")) == ("7", "3")

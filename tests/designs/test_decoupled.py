@@ -11,7 +11,7 @@ import pinocchio as pin
 import pytest
 
 import pinmech as pm
-from pinmech.designs import DESIGNS, Decoupled4R, DecoupledPF
+from pinmech.designs import DESIGNS, Decoupled4R, DecoupledPF, Motor, PassiveJoint
 from pinmech.errors import InputError
 
 from .helpers import Tree
@@ -168,7 +168,7 @@ def test_every_pair_is_clear_at_home(pair: str) -> None:
     [
         (DecoupledPF, {"e": 0.0}, "e = 0.0"),
         (DecoupledPF, {"pair": "4R"}, "pair"),
-        (DecoupledPF, {"drive_friction": -1.0}, "drive_friction"),
+        (DecoupledPF, {"motor2": PassiveJoint()}, "must be a Motor: motor2 = PassiveJoint"),
         (Decoupled4R, {"m": math.nan}, "m = nan"),
         (Decoupled4R, {"elbow": (0.2, 0.001)}, "stretched"),
         (Decoupled4R, {"elbow": (0.2, math.inf)}, "elbow"),
@@ -178,6 +178,16 @@ def test_every_pair_is_clear_at_home(pair: str) -> None:
 def test_refuses(design: type, change: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         design(**change)
+
+
+@pytest.mark.parametrize("make", [DecoupledPF, Decoupled4R])
+def test_each_drive_has_its_own_motor(make: type[Decoupled4R | DecoupledPF]) -> None:
+    design = make(motor1=Motor(7.0, 3.0, 0.1), motor2=Motor(8.0, 4.0, 0.2)).build()
+    mech = pm.designs.assemble(design)
+    limits = [(a.effort, a.velocity) for a in mech.actuators.values()]
+    assert limits == [(7.0, 3.0), (8.0, 4.0)]
+    friction = [mech.model.friction[a.coordinate] for a in mech.actuators.values()]
+    assert friction == [0.1, 0.2]
 
 
 @pytest.mark.parametrize("e", [0.02, 0.05, 0.3])

@@ -110,7 +110,7 @@ def test_counts(name: str) -> None:
         ({"R": 0.0}, "R = 0.0"),
         ({"q_home": 1.0}, "q_home"),
         ({"slider_travel": 0.1}, "slider_travel"),
-        ({"effort": math.inf}, "effort"),
+        ({"material": 2700.0}, "must be a Material: material = 2700.0"),
     ],
 )
 def test_refuses(change: dict[str, float], message: str) -> None:

@@ -15,11 +15,16 @@ from pinmech.designs import (
     Antenna3RSU,
     Decoupled4R,
     DecoupledPF,
+    Material,
+    Motor,
+    PassiveJoint,
     Planar3R,
     Spherical3PaUR,
     parts,
+    placements,
     solids,
 )
+from pinmech.designs.dimensions import check_dimensions
 from pinmech.errors import InputError
 
 POINTS = [
@@ -58,7 +63,7 @@ def inertia_of(moments: np.ndarray, mass: float) -> np.ndarray:
 @pytest.mark.parametrize(
     "solid",
     [
-        solids.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", solids.rotation("x", 0.4)),
+        solids.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", placements.rotation("x", 0.4)),
         solids.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base"),
         solids.sphere((0.05, 0.0, -0.1), 0.2),
         solids.bar((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.08, 0.02, (0, 0, 1), "base"),
@@ -75,7 +80,7 @@ def test_inertia_against_integration(solid: solids.Solid) -> None:
 
 def test_sum_of_solids_against_pinocchio() -> None:
     bodies = [
-        solids.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", solids.rotation("x", 0.4)),
+        solids.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", placements.rotation("x", 0.4)),
         solids.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base", solids.STEEL),
         solids.sphere((0.05, 0.0, -0.1), 0.2),
     ]
@@ -145,7 +150,7 @@ def test_bar_lies_between_its_points(a: tuple[float, ...], b: tuple[float, ...])
 
 def test_a_bar_shorter_than_its_insets_does_not_collide() -> None:
     a, b = (0.0, 0.0, 0.0), (0.1, 0.0, 0.0)
-    assert solids.bar(a, b, 0.02, 0.01, solids.Y, "rod", inset=0.05).collision is None
+    assert solids.bar(a, b, 0.02, 0.01, placements.Y, "rod", inset=0.05).collision is None
     assert solids.cylinder(a, b, 0.02, "rod", inset=0.05).collision is None
 
 
@@ -195,13 +200,13 @@ def test_numbers_refuse_what_is_not_finite(value: float) -> None:
 
 
 def test_rotation_of_right_angles_is_exact() -> None:
-    assert (solids.rotation("z", math.pi / 2) == [[0, -1, 0], [1, 0, 0], [0, 0, 1]]).all()
-    assert (solids.rotation("x", -math.pi) == np.diag([1.0, -1.0, -1.0])).all()
+    assert (placements.rotation("z", math.pi / 2) == [[0, -1, 0], [1, 0, 0], [0, 0, 1]]).all()
+    assert (placements.rotation("x", -math.pi) == np.diag([1.0, -1.0, -1.0])).all()
     np.testing.assert_allclose(
-        solids.rotation("y", 0.3), pin.rpy.rpyToMatrix(0.0, 0.3, 0.0), atol=1e-16
+        placements.rotation("y", 0.3), pin.rpy.rpyToMatrix(0.0, 0.3, 0.0), atol=1e-16
     )
     with pytest.raises(InputError, match="axis"):
-        solids.rotation("w", 0.0)
+        placements.rotation("w", 0.0)
 
 
 def test_urdf_keeps_placements(  # Euler angles near and at 90 degrees included
@@ -209,22 +214,25 @@ def test_urdf_keeps_placements(  # Euler angles near and at 90 degrees included
     rng = np.random.default_rng(7)
     turns = [pin.exp3(rng.normal(size=3)) for _ in range(20)]
     turns += [
-        solids.rotation(a, s * math.pi / 2) @ solids.rotation(b, angle)
+        placements.rotation(a, s * math.pi / 2) @ placements.rotation(b, angle)
         for a in "xyz"
         for b in "xyz"
         for s in (-1, 1)
         for angle in (0.0, 0.7, math.pi / 2)
     ]
-    turns += [solids.rotation("y", math.pi / 2 - 1e-9), solids.rotation("y", math.pi / 2 - 1e-13)]
+    turns += [
+        placements.rotation("y", math.pi / 2 - 1e-9),
+        placements.rotation("y", math.pi / 2 - 1e-13),
+    ]
     ball = [solids.sphere((0, 0, 0), 0.1)]
     links = [parts.make_link("base", ball)]
     joints = []
     places = []
     for k, turn in enumerate(turns):
-        places.append(solids.placement(rng.normal(size=3), turn))
+        places.append(placements.placement(rng.normal(size=3), turn))
         links.append(parts.make_link(f"l{k}", ball))
         joints.append(
-            parts.make_joint(f"j{k}", "base", f"l{k}", places[-1], solids.Z, limits=(-1, 1))
+            parts.make_joint(f"j{k}", "base", f"l{k}", places[-1], placements.Z, limits=(-1, 1))
         )
     model = pin.buildModelFromXML(parts.urdf_text("many", links, joints, "a test"))
     for k, place in enumerate(places):
@@ -234,7 +242,7 @@ def test_urdf_keeps_placements(  # Euler angles near and at 90 degrees included
 
 def test_a_prismatic_joint_needs_limits() -> None:
     with pytest.raises(InputError, match="limits"):
-        parts.make_joint("p", "a", "b", solids.placement(), solids.Z, "prismatic")
+        parts.make_joint("p", "a", "b", placements.placement(), placements.Z, "prismatic")
 
 
 def test_a_link_needs_a_mass() -> None:
@@ -252,20 +260,68 @@ class Sizes:
 
 
 def test_checks_list_every_bad_value() -> None:
-    parts.check_numbers(Sizes(b=np.float64(1.0), a=3), may_be_zero=("gap",))
+    free = ("gap", "joint_friction")
+    check_dimensions(Sizes(b=np.float64(1.0), a=3), may_be_zero=free)
     with pytest.raises(InputError, match=r"positive: a = -1\.0, b = True, gap = 0\.0$"):
-        parts.check_numbers(Sizes(a=-1.0, b=True))
+        check_dimensions(Sizes(a=-1.0, b=True), may_be_zero=("joint_friction",))
     with pytest.raises(InputError, match=r"positive: a = '1'; must be .* 0: joint_friction = nan"):
-        parts.check_numbers(Sizes(a="1", joint_friction=math.nan), may_be_zero=("gap",))
+        check_dimensions(Sizes(a="1", joint_friction=math.nan), may_be_zero=free)
+    with pytest.raises(InputError, match=r"must be finite and at most 1e\+09: a = 2000000000\.0$"):
+        check_dimensions(Sizes(a=2e9), may_be_zero=free)
+
+
+EQUIPMENT = {
+    "motor": lambda **change: Motor(**{"effort": 1.0, "velocity": 1.0, **change}),
+    "passive joint": PassiveJoint,
+    "material": lambda **change: Material(**{"density": 1.0, **change}),
+}
 
 
 @pytest.mark.parametrize(
-    "make", [Antenna3RSU, Decoupled4R, DecoupledPF, GPR3PS, Planar3R, Spherical3PaUR]
+    ("of", "name", "least"),
+    [
+        ("motor", "effort", "positive"),
+        ("motor", "velocity", "positive"),
+        ("motor", "friction", "at least 0"),
+        ("motor", "damping", "at least 0"),
+        ("passive joint", "friction", "at least 0"),
+        ("passive joint", "damping", "at least 0"),
+        ("material", "density", "positive"),
+    ],
 )
+def test_every_number_of_the_equipment_is_checked(of: str, name: str, least: str) -> None:
+    make = EQUIPMENT[of]
+    for bad in (-1.0, math.inf, math.nan, "1", True):
+        with pytest.raises(InputError, match=f"^must be finite and {least}: {of} {name} = "):
+            make(**{name: bad})
+    if least == "positive":
+        with pytest.raises(InputError, match=f"{of} {name} = 0"):
+            make(**{name: 0.0})
+    else:
+        assert getattr(make(**{name: 0.0}), name) == 0.0
+
+
+MAKERS = [Antenna3RSU, Decoupled4R, DecoupledPF, GPR3PS, Planar3R, Spherical3PaUR]
+
+
+@pytest.mark.parametrize("make", MAKERS)
 def test_every_number_of_every_design_is_checked(make: Callable[..., object]) -> None:
     numbers = [field.name for field in fields(make) if field.type == "float"]  # type: ignore[arg-type]
-    assert len(numbers) > 8
+    assert len(numbers) >= 3
     for name in numbers:
         for bad in (-1.0, math.inf, math.nan):
             with pytest.raises(InputError, match=f"{name} = "):
                 make(**{name: bad})
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_a_motor_is_a_motor(make: Callable[..., object]) -> None:
+    """What is no motor, passive joint or material is refused by name: not somewhere in the URDF."""
+    wanted = {"Motor": 0, "PassiveJoint": 0, "Material": 0}
+    for field in fields(make):  # type: ignore[arg-type]
+        if field.type in wanted:
+            wanted[field.type] += 1
+            with pytest.raises(InputError, match=rf"^must be a {field.type}: {field.name} = 5\.0$"):
+                make(**{field.name: 5.0})
+    assert wanted["Motor"] == (2 if make in (Decoupled4R, DecoupledPF) else 1)
+    assert wanted["Material"] == 1

@@ -21,6 +21,20 @@ from pinmech.files.cells import csv_text
 from pinmech.mechanism.assembly import from_text, load
 from pinmech.show.terminal.console import WIDTH, console
 from pinmech.show.terminal.sizing import print_table
+from pinmech.units import Quantity
+
+#: Units of the columns where every actuator turns.
+ROTARY = {
+    "peak_torque": "N·m",
+    "peak_time": "s",
+    "rms_torque": "N·m",
+    "holding": "N·m",
+    "breakaway": "N·m",
+    "peak_speed": "rad/s",
+    "peak_motoring": "W",
+    "peak_braking": "W",
+    "positive_work": "J",
+}
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +90,7 @@ def test_csv_holds_all_digits_and_units(table: SizingTable, tmp_path) -> None:
             assert (line["load_case"], line["drive"]) == (row.load_case, row.drive)
             assert (line["status"], line["note"]) == (row.status, row.note)
             for column in COLUMNS:
-                cell = line[f"{column.key} [{column.rotary.replace('·', '.')}]"]
+                cell = line[f"{column.key} [{ROTARY[column.key].replace('·', '.')}]"]
                 value = getattr(row, column.key)
                 assert (cell == "") if math.isnan(value) else (float(cell) == value)
     text = (tmp_path / "rows.csv").read_bytes()
@@ -137,13 +151,13 @@ def test_no_cell_of_the_csv_is_a_formula_and_numbers_are_numbers(hostile, tmp_pa
         assert not [text for text in texts if text.startswith(("=", "+", "-", "@", "\t", "\r"))]
         assert tuple(map(csv_text, texts)) == (row.load_case, row.drive, row.actuator, row.note)
         for column in COLUMNS:
-            cell = line[f"{column.key} [{column.rotary.replace('·', '.')}]"]
+            cell = line[f"{column.key} [{ROTARY[column.key].replace('·', '.')}]"]
             assert cell == ("" if row.status != "ok" else repr(getattr(row, column.key)))
 
 
 def test_a_note_that_is_a_formula(tmp_path) -> None:
-    row = SizingRow("a", "1", "m", False, status="singular", note="=1+1")
-    negative = SizingRow("a", "1", "n", False, *[-1.5] * 7)
+    row = SizingRow("a", "1", "m", Quantity.ANGLE, status="singular", note="=1+1")
+    negative = SizingRow("a", "1", "n", Quantity.ANGLE, *[-1.5] * 7)
     table = SizingTable("t", "", "m", (row, negative), (row,), {}, ())
     table.to_csv(tmp_path / "rows.csv")
     lines = (tmp_path / "rows.csv").read_text(encoding="utf-8").splitlines()
@@ -229,7 +243,7 @@ def test_the_terminal_shows_everything_within_its_width(table: SizingTable) -> N
         for column in COLUMNS:
             assert column.text(row) in words
     for column in COLUMNS:
-        assert f"[{column.rotary}]" in words
+        assert f"[{ROTARY[column.key]}]" in words
     assert " ".join(table.notes[0].split()) in words
 
 
@@ -239,8 +253,11 @@ def test_an_output_that_is_no_terminal_is_wide_enough() -> None:
 
 
 def test_units_follow_the_actuators() -> None:
-    torque = COLUMNS[0]
-    rotary, linear = SizingRow("a", "1", "m", False), SizingRow("a", "1", "s", True)
+    torque, speed = COLUMNS[0], next(c for c in COLUMNS if c.key == "peak_speed")
+    assert {column.key: column.unit([]) for column in COLUMNS} == ROTARY
+    rotary = SizingRow("a", "1", "m", Quantity.ANGLE)
+    linear = SizingRow("a", "1", "s", Quantity.LENGTH)
     assert torque.unit([rotary]) == "N·m"
     assert torque.unit([linear]) == "N"
+    assert speed.unit([linear, rotary]) == "m/s or rad/s"
     assert torque.unit([rotary, linear]) == "N·m or N"

@@ -33,11 +33,14 @@ from pinmech.files.atomic import write_text
 from pinmech.files.cells import csv_cell
 from pinmech.frozen import Sealed, frozen
 from pinmech.numeric import file_path, names_of, numbers, one_of, positive, shown
+from pinmech.units import Quantity, heading
 
 if TYPE_CHECKING:
     from pinmech.structure.inputs_outputs import Outputs
 
 Array = np.ndarray
+
+_ANGLE = Quantity.ANGLE.unit
 
 #: For each kind of output, the columns that are canonical coordinates of a rotation.
 ROTATION = {"orientation": slice(0, 3), "pose": slice(3, 6)}
@@ -91,7 +94,7 @@ class Trajectory(Sealed):
             object.__setattr__(self, name, value)
 
         put("names", names_of(self.names, "output"))
-        put("units", names_of(self.units, "unit") or ("rad",) * len(self.names))
+        put("units", names_of(self.units, "unit") or (_ANGLE,) * len(self.names))
         put("time", frozen(numbers(self.time, "time value")))
         put("values", frozen(numbers(self.values, "output value")))
         n = len(self.names)
@@ -111,7 +114,7 @@ class Trajectory(Sealed):
         if not (np.diff(self.time) > 0).all():
             k = int(np.argmin(np.diff(self.time)))
             raise InputError(f"time must increase: {self.time[k + 1]} s follows {self.time[k]} s")
-        if len(self.units) != n or not set(self.units) <= {"rad", "m"}:
+        if len(self.units) != n or not set(self.units) <= {q.unit for q in Quantity}:
             raise InputError(f"units must be 'rad' or 'm' for each of {n} outputs: {self.units}")
         one_of(self.kind, ("joints", "orientation", "translation", "pose"), "kind of outputs")
         if self.kind in ROTATION and n != ROTATION[self.kind].stop:
@@ -152,7 +155,7 @@ class Trajectory(Sealed):
         path = file_path(path, "a trajectory file")
         comments = names_of(comments, "comment")
         lines = [f"# {line}".rstrip() for text in comments for line in text.splitlines() or [""]]
-        columns = [csv_cell(f"{n} [{u}]") for n, u in zip(self.names, self.units, strict=True)]
+        columns = [csv_cell(heading(n, u)) for n, u in zip(self.names, self.units, strict=True)]
         for column in columns:
             if any(c in column for c in ',"\n\r'):
                 raise InputError(f"name {column!r} cannot be written to a CSV header")
@@ -267,7 +270,7 @@ class Trajectory(Sealed):
         k = int(np.argmax(turn))
         if turn[k] > _LARGEST_TURN:
             raise InputError(
-                f"the orientation turns by {np.degrees(turn[k]):.0f} deg between "
+                f"the orientation turns by {Quantity.ANGLE.text(turn[k], '.0f')} between "
                 f"t = {self.time[k]:g} s and {self.time[k + 1]:g} s: sample it more finely"
             )
 

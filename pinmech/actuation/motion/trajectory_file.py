@@ -17,6 +17,7 @@ import numpy as np
 
 from pinmech.errors import Fault, TrajectoryError, suggest
 from pinmech.files.cells import csv_text
+from pinmech.units import NUMBER, UNITS, Quantity, heading
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
-#: Units that a column may have: SI unit and how many of it one is.
-UNITS = {"rad": ("rad", 1.0), "deg": ("rad", math.pi / 180), "m": ("m", 1.0), "mm": ("m", 1e-3)}
 #: More faults than this are counted, not listed.
 _MOST_FAULTS = 100
 _MOST_BYTES = 500_000_000
@@ -34,8 +33,6 @@ _MOST_BYTES = 500_000_000
 LATEST = 1e12
 
 _HEADER = re.compile(r"^([^\[\]]*?)\s*\[\s*([^\[\]]*?)\s*\]$")
-# Python's float() also takes 1_000, full-width digits, "infinity": not numbers of a CSV file.
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.ASCII | re.IGNORECASE)
 
 
@@ -100,10 +97,10 @@ def column_faults(names: Sequence[str], units: Sequence[str], outputs: Outputs) 
     missing = [name for name in wanted if name not in names]
     if missing:
         faults.append("no column for output " + ", ".join(repr(name) for name in missing))
-    kinds = dict(zip(wanted, outputs.angular, strict=True))
+    kinds = _quantities(outputs)
     for name, unit in zip(names, units, strict=True):
-        if name in kinds and kinds[name] != (unit == "rad"):
-            right = "an angle [rad or deg]" if kinds[name] else "a length [m or mm]"
+        if name in kinds and kinds[name] is not UNITS[unit].quantity:
+            right = heading(kinds[name].phrase, f"{kinds[name].unit} or {kinds[name].shown_unit}")
             faults.append(f"output {name!r} is {right}, the column is in {unit}")
     return faults
 
@@ -167,9 +164,9 @@ class _Reader:
             taken = ["time", *(name for name, _ in columns[:k])]
             if not told and (fault := _column_fault(k + 2, field, taken, outputs)):
                 self.add(number, fault)
-        si = [UNITS.get(unit, ("rad", 1.0)) for _, unit in columns]
-        names, units = tuple(name for name, _ in columns), tuple(unit for unit, _ in si)
-        return names, units, [factor for _, factor in si]
+        known = [UNITS.get(unit, UNITS[Quantity.ANGLE.unit]) for _, unit in columns]
+        names = tuple(name for name, _ in columns)
+        return names, tuple(unit.quantity.unit for unit in known), [unit.size for unit in known]
 
     def row(self, number: int, line: str, columns: int) -> tuple[int, list[float]]:
         """Line number and numbers of a row; NaN where a field is bad."""
@@ -182,7 +179,7 @@ class _Reader:
         return number, [self.number(number, k, f) for k, f in enumerate(fields, start=1)]
 
     def number(self, line: int, column: int, field: str) -> float:
-        if _NUMBER.fullmatch(field):
+        if NUMBER.fullmatch(field):
             value = float(field)
             if math.isfinite(value):
                 return value
@@ -213,7 +210,7 @@ def _header_fault(fields: Sequence[str], line: str, outputs: Outputs | None) -> 
     if len(fields) == 1 and (";" in line or "\t" in line):
         return "columns must be separated by commas"
     if not any("[" in field for field in fields):
-        if any(_NUMBER.fullmatch(field) for field in fields):
+        if any(NUMBER.fullmatch(field) for field in fields):
             return f"the first line must be a header such as: {_example((), outputs)}"
         return (
             f"the columns have no units; write the header as: {_example(fields, outputs)} "
@@ -250,8 +247,14 @@ def _column_fault(position: int, field: str, taken: Sequence[str], outputs: Outp
 def _with_unit(field: str, outputs: Outputs | None) -> str:
     """A column's heading with the unit that its output needs; an angle where none is known."""
     name = re.sub(r"\s*[\[\](){}].*", "", field) or "alpha"
-    kinds = {} if outputs is None else dict(zip(outputs.names, outputs.angular, strict=True))
-    return f"{name[:40]} [{'rad' if kinds.get(name, True) else 'm'}]"
+    kinds = {} if outputs is None else _quantities(outputs)
+    return heading(name[:40], kinds.get(name, Quantity.ANGLE).unit)
+
+
+def _quantities(outputs: Outputs) -> dict[str, Quantity]:
+    """Output name -> angle or length."""
+    kinds = zip(outputs.names, outputs.angular, strict=True)
+    return {name: Quantity.of(angular) for name, angular in kinds}
 
 
 def _example(fields: Sequence[str], outputs: Outputs | None) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from pinmech.actuation.sizing.case_schema import SlewSpec, SweepSpec
 from pinmech.errors import suggest
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.structure.inputs_outputs import Outputs
+from pinmech.units import UNITS
 
 
 def read_trajectory(
@@ -89,7 +89,6 @@ def _vector(
     missing = [name for name in outputs.names if name not in part]
     if missing:
         found.add(place, "no number for output " + ", ".join(repr(m) for m in missing))
-    return [
-        math.radians(part.get(name, 0.0)) if angle and unit == "deg" else part.get(name, 0.0)
-        for name, angle in zip(outputs.names, outputs.angular, strict=True)
-    ]
+    # The unit is that of the angles; lengths are in m.
+    sizes = [UNITS[unit].size if angular else 1.0 for angular in outputs.angular]
+    return [part.get(name, 0.0) * size for name, size in zip(outputs.names, sizes, strict=True)]

@@ -8,8 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 from pinmech.actuation.sizing.rows import SizingRow
+from pinmech.units import Quantity, heading
 
 DIGITS = 4
 #: Numbers are written plainly from 10 to this power on.
@@ -40,18 +42,19 @@ class Column:
     Attributes:
         key: attribute of :class:`SizingRow`, and name in the CSV file.
         label: heading.
-        rotary, linear: unit for turning and for sliding actuators.
+        unit_of: its unit by what an actuator's value is; a text where that is the same for all.
     """
 
     key: str
     label: str
-    rotary: str
-    linear: str
+    unit_of: str | Callable[[Quantity], str]
 
     def unit(self, rows: Sequence[SizingRow]) -> str:
         """Unit for these rows; both, where actuators of both kinds are among them."""
-        units = [self.linear if row.linear else self.rotary for row in rows] or [self.rotary]
-        return " or ".join(dict.fromkeys(units))
+        if isinstance(self.unit_of, str):
+            return self.unit_of
+        kinds = dict.fromkeys([row.quantity for row in rows] or [Quantity.ANGLE])
+        return " or ".join(self.unit_of(quantity) for quantity in kinds)
 
     def text(self, row: SizingRow) -> str:
         """The cell. A row that failed has its status for a peak torque, and the time of failure."""
@@ -62,16 +65,18 @@ class Column:
         return significant(getattr(row, self.key))
 
 
+_EFFORT = attrgetter("effort_unit")
+
 COLUMNS = (
-    Column("peak_torque", "peak torque", "N·m", "N"),
-    Column("peak_time", "at time", "s", "s"),
-    Column("rms_torque", "RMS torque", "N·m", "N"),
-    Column("holding", "holding torque", "N·m", "N"),
-    Column("breakaway", "breakaway torque", "N·m", "N"),
-    Column("peak_speed", "peak speed", "rad/s", "m/s"),
-    Column("peak_motoring", "peak motoring", "W", "W"),
-    Column("peak_braking", "peak braking", "W", "W"),
-    Column("positive_work", "positive work", "J", "J"),
+    Column("peak_torque", "peak torque", _EFFORT),
+    Column("peak_time", "at time", "s"),
+    Column("rms_torque", "RMS torque", _EFFORT),
+    Column("holding", "holding torque", _EFFORT),
+    Column("breakaway", "breakaway torque", _EFFORT),
+    Column("peak_speed", "peak speed", attrgetter("rate_unit")),
+    Column("peak_motoring", "peak motoring", "W"),
+    Column("peak_braking", "peak braking", "W"),
+    Column("positive_work", "positive work", "J"),
 )
 KEYS = ("load_case", "drive", "actuator")
 ENVELOPE_TEXT = (
@@ -92,7 +97,7 @@ def headings(rows: Sequence[SizingRow]) -> list[str]:
     """Heading of each column with its unit, the three names first."""
     return [
         *(key.replace("_", " ") for key in KEYS),
-        *(f"{column.label} [{column.unit(rows)}]" for column in COLUMNS),
+        *(heading(column.label, column.unit(rows)) for column in COLUMNS),
     ]
 
 
@@ -105,8 +110,8 @@ def cells(
     ``written`` makes of a name what is to stand for it, e.g. with what Markdown needs.
     """
     actuator = written(row.actuator)
-    if len({other.linear for other in rows}) > 1:
-        actuator += " [N]" if row.linear else " [N·m]"
+    if len({other.quantity for other in rows}) > 1:
+        actuator = heading(actuator, row.quantity.effort_unit)
     names = written(row.load_case), written(row.drive), actuator
     return [*names, *(column.text(row) for column in COLUMNS)]
 

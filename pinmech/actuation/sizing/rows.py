@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pinmech.units import Quantity
+
 Array = np.ndarray
 
 
@@ -20,7 +22,7 @@ class SizingRow:
     Attributes:
         load_case: its name; in the envelope, the load case that has the peak torque.
         drive, actuator: their names.
-        linear: True for an actuator that slides.
+        quantity: what the actuator's value is: an angle, or a length where it slides.
         peak_torque: largest absolute torque of the samples [N·m or N].
         peak_time: when that is [s].
         rms_torque: root of the time average of the squared torque [N·m or N].
@@ -40,7 +42,7 @@ class SizingRow:
     load_case: str
     drive: str
     actuator: str
-    linear: bool
+    quantity: Quantity
     peak_torque: float = math.nan
     peak_time: float = math.nan
     rms_torque: float = math.nan
@@ -67,7 +69,7 @@ class History:
     Attributes:
         load_case, drive: their names.
         actuators: names of the drive's actuators.
-        linear: for each, True when it slides.
+        quantities: for each, what its value is.
         time: (N,) [s].
         torques: (N, n_drive) [N·m or N]; NaN where the motion failed. Where the motion starts
             from rest or comes to rest, with the friction of that motion.
@@ -81,7 +83,7 @@ class History:
     load_case: str
     drive: str
     actuators: tuple[str, ...]
-    linear: tuple[bool, ...]
+    quantities: tuple[Quantity, ...]
     time: Array
     torques: Array
     speeds: Array

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pinmech.actuation.sizing.columns import COLUMNS, KEYS
 from pinmech.actuation.sizing.rows import SizingRow
 from pinmech.files.cells import csv_cell
+from pinmech.units import heading
 
 
 def csv_table(rows: Sequence[SizingRow], every: Sequence[SizingRow]) -> str:
@@ -22,8 +23,8 @@ def csv_table(rows: Sequence[SizingRow], every: Sequence[SizingRow]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     units = [column.unit(every).replace("·", ".") for column in COLUMNS]
-    header = [f"{c.key} [{unit}]" for c, unit in zip(COLUMNS, units, strict=True)]
-    writer.writerow([*KEYS, *header, "kind", "status", "failure_time [s]", "note"])
+    header = [heading(c.key, unit) for c, unit in zip(COLUMNS, units, strict=True)]
+    writer.writerow([*KEYS, *header, "kind", "status", heading("failure_time", "s"), "note"])
     writer.writerows(_fields(row) for row in rows)
     return stream.getvalue()
 
@@ -31,8 +32,8 @@ def csv_table(rows: Sequence[SizingRow], every: Sequence[SizingRow]) -> str:
 def _fields(row: SizingRow) -> list[str]:
     names = [csv_cell(getattr(row, key)) for key in KEYS]
     numbers = [_number(getattr(row, column.key)) for column in COLUMNS]
-    kind = "linear" if row.linear else "rotary"
-    return [*names, *numbers, kind, row.status, _number(row.failure_time), csv_cell(row.note)]
+    end = [row.quantity.motion, row.status, _number(row.failure_time), csv_cell(row.note)]
+    return [*names, *numbers, *end]
 
 
 def _number(value: float) -> str:

@@ -14,6 +14,7 @@ from pinmech.errors import UnknownNameError
 from pinmech.files.names import slug, slugs
 from pinmech.show.palette import COLOURS, FAILED, STYLES, ZERO
 from pinmech.show.plots.figure import new_figure, save_png, tidy
+from pinmech.units import Quantity, heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +43,7 @@ def torque_figure(table: SizingTable, load_case: str) -> Figure:
     if not histories:
         known = dict.fromkeys(name for name, _ in table.histories)
         raise UnknownNameError("load case", load_case, known)
-    panels = [(h, kind) for h in histories for kind in dict.fromkeys(h.linear)]
+    panels = [(h, kind) for h in histories for kind in dict.fromkeys(h.quantities)]
     every = list(dict.fromkeys(name for h in histories for name in h.actuators))
     figure = new_figure(_INCHES[0], _INCHES[1] * len(panels) + 0.9, dpi=120)
     axes: list[Axes] = []
@@ -90,15 +91,15 @@ def save_torque_plots(table: SizingTable, folder: str | Path) -> list[tuple[str,
     return written
 
 
-def _panel(ax: Axes, history: History, linear: bool, every: list[str]) -> None:
+def _panel(ax: Axes, history: History, quantity: Quantity, every: list[str]) -> None:
     """One drive's torques or forces; ``every`` actuator of the figure has its own colour."""
-    ylabel = "force [N]" if linear else "torque [N·m]"
+    ylabel = heading(quantity.effort, quantity.effort_unit)
     tidy(ax, ylabel=ylabel, title=f"drive {_line(history.drive)}")
     ax.axhline(0.0, color=ZERO, linewidth=0.8, zorder=1)
     if history.status != "ok":
         _reason(ax, history.note)
         return
-    columns = [k for k, sliding in enumerate(history.linear) if sliding == linear]
+    columns = [k for k, other in enumerate(history.quantities) if other is quantity]
     # Wide ones first: they show on both sides of a curve that covers them.
     handles = [
         _curve(ax, history, k, every.index(history.actuators[k]), 1.3 + 0.8 * min(left, 3))

@@ -25,6 +25,7 @@ from pinmech.show.scene.recorder import Recorder, new_visualizer
 from pinmech.show.scene.scene import Scene, loop_gaps
 from pinmech.show.scene.timing import paced, time_axis
 from pinmech.structure.structure import same_geometry
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -258,7 +259,7 @@ class Viewer:
         name, size = max(gaps.items(), key=lambda item: item[1])
         count = len(self.mechanism.loops)
         lines.append(f"{count} loop closures (dots), largest gap {size:.1e} m ({name})")
-        lines.append(f"magenta: platform normal; grid: {1e3 * self._pitch:g} mm")
+        lines.append(f"magenta: platform normal; grid: {Quantity.LENGTH.text(self._pitch, 'g')}")
         return [*lines, *self.notes]
 
     def _kinematics(self, q: Array) -> pin.Data:

@@ -12,6 +12,7 @@ import numpy as np
 from pinmech.equations.outputs import describe
 from pinmech.errors import MissingExtraError
 from pinmech.mechanism.mechanism import ClosedState
+from pinmech.units import Quantity
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -64,13 +65,11 @@ def print_line(to: Console, text: str, style: str = "") -> None:
     to.print(rich("text").Text(text, style=style), soft_wrap=True)
 
 
-def degrees_or_mm(value: float, *, angular: bool) -> tuple[str, str]:
+def degrees_or_mm(value: float, quantity: Quantity) -> tuple[str, str]:
     """Number and unit of a value [rad or m]: in deg or mm."""
-    unit = "deg" if angular else "mm"
     if math.isinf(value):
-        return "no limit", unit
-    scaled = math.degrees(value) if angular else 1e3 * value
-    return f"{round(scaled, 4) + 0.0:.4f}", unit
+        return "no limit", quantity.shown_unit
+    return f"{round(quantity.shown(value), 4) + 0.0:.4f}", quantity.shown_unit
 
 
 def signed(value: float) -> str:

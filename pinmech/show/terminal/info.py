@@ -9,8 +9,10 @@ import numpy as np
 import pinocchio as pin
 
 from pinmech.mechanism.mechanism import Mechanism
+from pinmech.show import quantities
 from pinmech.show.terminal.console import degrees_or_mm, print_line, table
 from pinmech.show.terminal.solution import state_table
+from pinmech.units import Quantity
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,7 +57,7 @@ def _loops(mechanism: Mechanism) -> list[tuple[str, ...]]:
         frames = " – ".join(frame.label for frame in loop.frames)
         cone = "no limit" if loop.type in _TILTING else ""
         if loop.limit is not None:
-            cone = " ".join(("up to", *degrees_or_mm(loop.limit.angle, angular=True)))
+            cone = " ".join(("up to", *degrees_or_mm(loop.limit.angle, Quantity.ANGLE)))
         rows.append((name, loop.type, frames, cone))
     return rows
 
@@ -63,15 +65,16 @@ def _loops(mechanism: Mechanism) -> list[tuple[str, ...]]:
 def _actuators(mechanism: Mechanism) -> list[tuple[str, ...]]:
     """Name, joint, range, effort and speed of each actuator."""
     rows: list[tuple[str, ...]] = []
+    kinds = quantities.actuators(mechanism)
     for name, a in mechanism.actuators.items():
         ends = np.array([mechanism.lower[a.coordinate], mechanism.upper[a.coordinate]])
         low, high = sorted((a.scale * ends + a.offset).tolist())
-        first, _ = degrees_or_mm(low, angular=not a.prismatic)
-        last, unit = degrees_or_mm(high, angular=not a.prismatic)
+        quantity = kinds[name]
+        first, _ = degrees_or_mm(low, quantity)
+        last, unit = degrees_or_mm(high, quantity)
         span = f"{first} .. {last} {unit}" if np.isfinite(ends).any() else "no limit"
-        effort = f"{a.effort:.4g} {'N' if a.prismatic else 'N·m'}"
-        scale, speed_unit = (1e3, "mm/s") if a.prismatic else (180.0 / math.pi, "deg/s")
-        speed = f"{scale * a.velocity:.4g} {speed_unit}"
+        effort = f"{a.effort:.4g} {quantity.effort_unit}"
+        speed = f"{quantity.shown(a.velocity):.4g} {quantity.shown_rate_unit}"
         rows.append(
             (
                 name,

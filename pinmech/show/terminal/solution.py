@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pinmech.kinematics.solution import Solution
 from pinmech.mechanism.mechanism import ClosedState
+from pinmech.show import quantities
 from pinmech.show.terminal.console import degrees_or_mm, print_line, table
 
 if TYPE_CHECKING:
@@ -30,15 +31,15 @@ def print_solution(solution: Solution, to: Console, *, joints: bool = False) -> 
 def state_table(state: ClosedState, *, joints: bool) -> Table:
     """Outputs and actuators of a state; ``joints`` adds all joints."""
     mechanism = state.mechanism
-    angular = dict(zip(mechanism.outputs, mechanism.outputs.angular, strict=True))
-    rows = [("output", n, *degrees_or_mm(x, angular=angular[n])) for n, x in state.outputs.items()]
-    rows += [
-        ("actuator", n, *degrees_or_mm(x, angular=not mechanism.actuators[n].prismatic))
-        for n, x in state.actuators.items()
+    parts = [
+        ("output", state.outputs, quantities.outputs(mechanism)),
+        ("actuator", state.actuators, quantities.actuators(mechanism)),
     ]
     if joints:
-        revolving = dict(zip(mechanism.joints, mechanism.revolving, strict=True))
-        rows += [
-            ("joint", n, *degrees_or_mm(x, angular=revolving[n])) for n, x in state.joints.items()
-        ]
+        parts.append(("joint", state.joints, quantities.joints(mechanism)))
+    rows = [
+        (part, name, *degrees_or_mm(value, kinds[name]))
+        for part, values, kinds in parts
+        for name, value in values.items()
+    ]
     return table(("", "name", "value", "unit"), rows, (2,))

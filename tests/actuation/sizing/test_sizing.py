@@ -22,7 +22,9 @@ from pinmech.errors import InputError
 from pinmech.kinematics.inverse import inverse
 from pinmech.kinematics.path import inverse_path
 from pinmech.mechanism.assembly import load
+from pinmech.units import Quantity
 
+ANGLE, LENGTH = Quantity.ANGLE, Quantity.LENGTH
 WEIGHTLESS = (0.0, 0.0, 0.0)
 EARTH = (0.0, 0.0, -9.81)
 
@@ -122,13 +124,13 @@ def test_bad_histories_raise(arrays) -> None:
 
 def test_envelope_takes_each_largest_and_fails_with_the_drive() -> None:
     rows = [
-        SizingRow("a", "1", "m", False, 3.0, 0.5, 1.0, 9.0, 1.0, 0.0, 7.0, 0.5, 2.0),
-        SizingRow("a", "2", "m", False, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
-        SizingRow("b", "1", "m", False, 2.0, 0.7, 1.5, 2.0, 0.0, 4.0, 1.0, 0.7, 1.0),
-        SizingRow("b", "2", "m", False, status="singular", failure_time=4.0, note="why"),
+        SizingRow("a", "1", "m", ANGLE, 3.0, 0.5, 1.0, 9.0, 1.0, 0.0, 7.0, 0.5, 2.0),
+        SizingRow("a", "2", "m", ANGLE, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0),
+        SizingRow("b", "1", "m", ANGLE, 2.0, 0.7, 1.5, 2.0, 0.0, 4.0, 1.0, 0.7, 1.0),
+        SizingRow("b", "2", "m", ANGLE, status="singular", failure_time=4.0, note="why"),
     ]
     first, second = envelope(rows)
-    assert first == SizingRow("a", "1", "m", False, 3.0, 0.5, 1.5, 9.0, 1.0, 4.0, 7.0, 0.7, 2.0)
+    assert first == SizingRow("a", "1", "m", ANGLE, 3.0, 0.5, 1.5, 9.0, 1.0, 4.0, 7.0, 0.7, 2.0)
     assert second is rows[3]
     assert math.isnan(second.peak_torque)
 
@@ -270,7 +272,7 @@ def test_force_and_torque_of_a_mixed_drive() -> None:
     case = LoadCase("m", motion, WEIGHTLESS, (0, 0, 0, 0, -2.0, 0))
     table = size_actuators(Case("c", mech, [case]))
     turning, sliding = table.rows
-    assert (turning.linear, sliding.linear) == (False, True)
+    assert (turning.quantity, sliding.quantity) == (ANGLE, LENGTH)
     assert sliding.peak_torque == pytest.approx(2.0 / (0.1 * math.cos(0.5)), rel=1e-6)
     assert turning.peak_torque == pytest.approx(0, abs=1e-6)
     text = table.to_markdown()
