@@ -5,7 +5,7 @@ the one place that knows the units, reads values with units and writes them::
 
     Quantity.ANGLE.text(0.541)                  # "31 deg"
     Quantity.LENGTH.parse("12 mm")              # 0.012
-    Quantity.of(not actuator.prismatic).effort_unit
+    actuator.quantity.effort_unit
 """
 
 from __future__ import annotations
@@ -63,11 +63,6 @@ class Quantity(Enum):
         self.motion = motion
         self.effort = effort
         self.effort_unit = effort_unit
-
-    @classmethod
-    def of(cls, angular: bool) -> Quantity:
-        """The angle for True, the length for False."""
-        return cls.ANGLE if angular else cls.LENGTH
 
     @property
     def rate_unit(self) -> str:

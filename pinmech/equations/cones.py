@@ -14,6 +14,7 @@ from pinmech.description.schema import JOINT_NAMES
 from pinmech.equations.chains import Chain
 from pinmech.structure.closures import relative_placement
 from pinmech.structure.structure import Structure
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -52,8 +53,8 @@ def cone_breaches(
         loop = structure.loops[name]
         if loop.limit is not None and (loops is None or name in loops):
             texts.append(
-                f"{JOINT_NAMES[loop.type]} {name} at {np.rad2deg(angle):.3g} deg "
-                f"(limit {np.rad2deg(loop.limit.angle):.3g} deg)"
+                f"{JOINT_NAMES[loop.type]} {name} at {Quantity.ANGLE.text(angle, '.3g')} "
+                f"(limit {Quantity.ANGLE.text(loop.limit.angle, '.3g')})"
             )
     return texts
 

@@ -158,7 +158,7 @@ def _measure(problem: Problem, q: Array) -> Array:
     """(nv,) weights for moves of the coordinates."""
     structure = problem.structure
     weights = 1.0 / structure.velocity_scale
-    out = np.where(structure.revolving, 1.0, np.abs(q) * weights)
+    out = np.where(structure.turning, 1.0, np.abs(q) * weights)
     measure: Array = weights / np.maximum(1.0, out)
     return measure
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from pinmech.equations.cones import cone_breaches
 from pinmech.structure.structure import Structure
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -18,7 +19,7 @@ def wrap_towards(structure: Structure, q: Array, start: Array, free: Array) -> N
     near = np.abs(now - start[free]) <= np.pi
     inside = (now >= structure.lower[free] - 1e-9) & (now <= structure.upper[free] + 1e-9)
     for k in free[~(near & inside)]:
-        if not structure.revolving[k]:
+        if not structure.turning[k]:
             continue
         low, high, value = structure.lower[k], structure.upper[k], q[k]
         value -= turn * np.round((value - start[k]) / turn)
@@ -43,14 +44,8 @@ def limit_breaches(structure: Structure, q: Array, *, cones: bool = True) -> lis
         value, low, high = q[k], structure.lower[k], structure.upper[k]
         if low - 1e-9 <= value <= high + 1e-9:
             continue
-        if structure.revolving[k]:
-            texts.append(
-                f"joint {name} at {np.rad2deg(value):.3g} deg "
-                f"(limits {np.rad2deg(low):.3g} .. {np.rad2deg(high):.3g} deg)"
-            )
-        else:
-            texts.append(
-                f"joint {name} at {1e3 * value:.4g} mm "
-                f"(limits {1e3 * low:.4g} .. {1e3 * high:.4g} mm)"
-            )
+        quantity = structure.quantities[k]
+        spec = ".3g" if quantity is Quantity.ANGLE else ".4g"
+        span = quantity.span(float(low), float(high), spec)
+        texts.append(f"joint {name} at {quantity.text(float(value), spec)} (limits {span})")
     return texts + beyond

@@ -84,7 +84,7 @@ class OnePlace:
         at = system.evaluate(q)
         signs = np.sign(slopes(equations, at))
         here, met = places.at(at), 0
-        reach = np.where(structure.revolving[free], np.pi, 2.0 * structure.length)
+        reach = np.where(structure.turning[free], np.pi, 2.0 * structure.length)
         for count in range(_MOST_STARTS):
             if count >= _STARTS and met >= _MET:
                 break
@@ -117,7 +117,7 @@ class _Places:
             self._drawn.append((body, np.array(points), np.array(lines if axes else [])))
         self._platform = structure.platform_frame.joint
         driven = structure.actuator_coordinates
-        self._angles = driven[structure.revolving[driven]]
+        self._angles = driven[structure.turning[driven]]
 
     def at(self, here: Configuration) -> tuple[Array, Array, Array]:
         """Points (n, 3) [m], axes (m, 3), and other numbers (k,)."""

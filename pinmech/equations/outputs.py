@@ -14,12 +14,10 @@ Array = np.ndarray
 def describe(structure: Structure, target: Array) -> str:
     """``alpha = 31 deg, z = 12 mm``: output values for a message."""
     parts = []
-    for name, value, angular in zip(
-        structure.outputs, target, structure.outputs.angular, strict=True
-    ):
-        value = round(float(value), 9) + 0.0  # no rounding errors, and no -0
-        shown = f"{np.rad2deg(value):.4g} deg" if angular else f"{1e3 * value:.4g} mm"
-        parts.append(f"{name} = {shown}")
+    kinds = structure.outputs.by_name.items()
+    for (name, quantity), value in zip(kinds, target, strict=True):
+        # No rounding errors, and no -0.
+        parts.append(f"{name} = {quantity.text(round(float(value), 9) + 0.0)}")
     return ", ".join(parts)
 
 

@@ -54,7 +54,7 @@ class Problem:
         self.pose = pose
         self.length = structure.length
         self.weights = 1.0 / structure.velocity_scale[free]
-        self.turning = bool(structure.revolving[free].all())
+        self.turning = bool(structure.turning[free].all())
         self._every = len(free) == structure.model.nv and bool((np.diff(free) == 1).all())
 
     def evaluate(self, system: ClosureSystem, q: Array) -> Equations:

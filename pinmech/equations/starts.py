@@ -18,7 +18,7 @@ def starts(
     With ``limits=False`` those of the actuators do not count; those of passive joints still do:
     they keep the search on the side of their locks that was drawn. With None no limit counts.
     """
-    reach = np.where(structure.revolving[free], np.pi, 2.0 * structure.length)
+    reach = np.where(structure.turning[free], np.pi, 2.0 * structure.length)
     kept = np.full(len(free), bool(limits))
     if limits is not None:
         kept |= ~np.isin(free, structure.actuator_coordinates)

@@ -10,6 +10,7 @@ import numpy as np
 from pinmech.equations.scaling import scaled_closure_jacobian, selector
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.structure.closures import Configuration
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -45,9 +46,10 @@ class ActuatorValues:
     def shown(self, k: int, q: Array) -> str:
         """The value of actuator k at q, as text."""
         value = q[self.coordinates[k]] * self._scale[k] + self._offset[k]
-        if self.mechanism.revolving[self.coordinates[k]]:
-            return f"{np.rad2deg(value):.4g} deg"
-        return f"{1e3 * value:.4g} mm"
+        return self._quantity(k).text(float(value))
+
+    def _quantity(self, k: int) -> Quantity:
+        return self.mechanism.actuators[self.names[k]].quantity
 
     def mismatch(self, wanted: Array, q: Array) -> Array:
         """How far the joints of the actuators are from what was asked for [rad, or in
@@ -76,10 +78,9 @@ class ActuatorValues:
         given = q.copy()
         given[self.coordinates] = wanted
         off = (wanted[worst] - q[self.coordinates[worst]]) * self._scale[worst]
-        unit = "deg" if self.mechanism.revolving[self.coordinates[worst]] else "mm"
-        size = np.rad2deg(off) if unit == "deg" else 1e3 * off
+        size = self._quantity(worst).text(float(off), "+.4g")
         return (
             f"the actuators contradict each other: {self.names[worst]} is given as "
             f"{self.shown(worst, given)}, the others need {self.shown(worst, q)} "
-            f"(mismatch {size:+.4g} {unit})"
+            f"(mismatch {size})"
         )

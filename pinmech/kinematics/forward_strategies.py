@@ -24,6 +24,7 @@ from pinmech.kinematics.near_newton import NearNewton
 from pinmech.kinematics.refusals import refused
 from pinmech.kinematics.solution import Solution
 from pinmech.structure.closures import ClosureSystem
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -186,7 +187,7 @@ class Lines:
         line.place(q, 1.0)
         short = nearest_approach(self._mechanism, self._system, line.problem(1.0), q)
         if short > 1e-9:
-            message = f"the loops cannot be closed there: {1e3 * short:.4g} mm apart"
+            message = f"the loops cannot be closed there: {Quantity.LENGTH.text(short)} apart"
             return refused("unreachable", message, count)
         message = f"the continuation stops {where}"
         if short > 0.0:

@@ -39,6 +39,7 @@ from pinmech.structure.closures import (
     relative_placement,
     sense_fault,
 )
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -366,7 +367,7 @@ class LimbSolver:
             closest_point(problem, self.system, closest) * problem.length if best > 1e-9 else 0.0
         )
         if short > 1e-9 * problem.length:
-            message = f"limb {self.rows.limb} cannot reach: {1e3 * short:.4g} mm short"
+            message = f"limb {self.rows.limb} cannot reach: {Quantity.LENGTH.text(short)} short"
             return LimbAnswer("unreachable", message, None, self.iterations, short)
         at = self.system.evaluate(closest)
         if self._equations and (self._turned_round(at) or self._agreement(at) == _OFF):

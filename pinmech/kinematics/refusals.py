@@ -15,6 +15,7 @@ from pinmech.kinematics.inverse_strategies import limb_by_limb
 from pinmech.kinematics.limb_solver import LimbAnswer
 from pinmech.kinematics.question import Question
 from pinmech.kinematics.solution import Solution, Status
+from pinmech.units import Quantity
 
 #: Of several limbs that fail, which reason is told.
 _WORST: tuple[Status, ...] = ("unreachable", "singular", "limit", "wrong_mode", "not_converged")
@@ -34,7 +35,8 @@ def refuse_inverse(question: Question) -> Solution:
 def _reason(question: Question) -> tuple[Status, str]:
     seen, where = question.seen, "at " + describe(question.mechanism, question.target)
     if seen.open_by:
-        return "unreachable", f"the loops are not closed: {1e3 * seen.open_by:.4g} mm apart {where}"
+        gap = Quantity.LENGTH.text(seen.open_by)
+        return "unreachable", f"the loops are not closed: {gap} apart {where}"
     if seen.outputs_beyond:
         return "limit", f"needs {seen.outputs_beyond}"
     if seen.no_such_mode:
@@ -88,7 +90,7 @@ def _nowhere(question: Question, where: str) -> tuple[Status, str] | None:
     if short <= 1e-9:
         return None
     what = f"limb {limb} cannot reach: the loops stay" if limb else "the loops cannot be closed:"
-    return "unreachable", f"{what} {1e3 * short:.4g} mm apart {where}"
+    return "unreachable", f"{what} {Quantity.LENGTH.text(short)} apart {where}"
 
 
 def _singular(question: Question, tracked: Tracked, where: str) -> str:

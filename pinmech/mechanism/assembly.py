@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from pinmech.mechanism.closing import HOME_TOLERANCE, Progress, Search, find_hom
 from pinmech.mechanism.mechanism import Mechanism, assembled
 from pinmech.structure.building import build, characteristic_length
 from pinmech.structure.structure import Structure
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -142,11 +142,8 @@ def _faults(source: Source, structure: Structure, found: Search, seconds: float)
         k = structure.coordinate(joint)
         moved = q[k] - value
         if abs(moved) > HOME_TOLERANCE:
-            shown, most = (
-                (f"{math.degrees(moved):+.3g} deg", f"{math.degrees(HOME_TOLERANCE):.3g} deg")
-                if structure.revolving[k]
-                else (f"{1e3 * moved:+.3g} mm", f"{1e3 * HOME_TOLERANCE:.3g} mm")
-            )
+            quantity = structure.quantities[k]
+            shown, most = quantity.text(moved, "+.3g"), quantity.text(HOME_TOLERANCE, ".3g")
             message = f"assembly has to move joint {joint!r} by {shown} (at most {most} allowed)"
             if not faults:  # once is enough
                 now = ", ".join(f"{j}: {q[structure.coordinate(j)]:.4f}" for j in listed)
@@ -173,9 +170,9 @@ def _open_loops(structure: Structure, q: Array) -> str:
     for name, (apart, turned) in gaps.items():
         parts = []
         if apart > 1e-9 * structure.length:
-            parts.append(f"{1e3 * apart:.3g} mm")
+            parts.append(Quantity.LENGTH.text(apart, ".3g"))
         if turned > 1e-9:
-            parts.append(f"{math.degrees(turned):.3g} deg")
+            parts.append(Quantity.ANGLE.text(turned, ".3g"))
         if parts:
             texts.append(f"loop {name} by {' and '.join(parts)}")
     return ", ".join(texts) or "they are not closed to the last digits"

@@ -96,7 +96,7 @@ class _Finder:
         self.began = time.monotonic()
         self.seconds = self.allowed = seconds
         self.rng = np.random.default_rng(0)
-        reach = np.where(structure.revolving, np.pi, 2.0 * structure.length)
+        reach = np.where(structure.turning, np.pi, 2.0 * structure.length)
         # Newton, which knows no bounds, still moves a little at the end.
         near = np.where(listed, 0.99 * HOME_TOLERANCE, np.inf)
         self.low = np.maximum(structure.lower, start - near)

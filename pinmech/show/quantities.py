@@ -8,16 +8,14 @@ from pinmech.units import Quantity
 
 def outputs(mechanism: Mechanism) -> dict[str, Quantity]:
     """Output name -> what it is."""
-    kinds = zip(mechanism.outputs, mechanism.outputs.angular, strict=True)
-    return {name: Quantity.of(angular) for name, angular in kinds}
+    return mechanism.outputs.by_name
 
 
 def actuators(mechanism: Mechanism) -> dict[str, Quantity]:
     """Actuator name -> what its value is."""
-    return {name: Quantity.of(not a.prismatic) for name, a in mechanism.actuators.items()}
+    return {name: a.quantity for name, a in mechanism.actuators.items()}
 
 
 def joints(mechanism: Mechanism) -> dict[str, Quantity]:
     """Joint name -> what its coordinate is."""
-    kinds = zip(mechanism.joints, mechanism.revolving.tolist(), strict=True)
-    return {name: Quantity.of(angular) for name, angular in kinds}
+    return dict(zip(mechanism.joints, mechanism.quantities, strict=True))

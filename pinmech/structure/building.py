@@ -20,6 +20,7 @@ from pinmech.structure.cones import cone
 from pinmech.structure.inputs_outputs import Actuator, Outputs
 from pinmech.structure.limbs import find_limbs
 from pinmech.structure.structure import Structure
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -88,7 +89,8 @@ def build_structure(
 
     moving = list(model.names)[1:]
     coordinate = {joint: model.joints[k + 1].idx_v for k, joint in enumerate(moving)}
-    revolving = np.array([urdf.joints[joint].type != "prismatic" for joint in moving])
+    slides = [urdf.joints[joint].type == "prismatic" for joint in moving]
+    quantities = tuple(Quantity.LENGTH if sliding else Quantity.ANGLE for sliding in slides)
     lower = np.array([_bound(urdf.joints[joint].lower, -np.inf) for joint in moving])
     upper = np.array([_bound(urdf.joints[joint].upper, np.inf) for joint in moving])
     model.lowerPositionLimit, model.upperPositionLimit = lower, upper
@@ -100,7 +102,7 @@ def build_structure(
             coordinate[spec.joint],
             spec.scale,
             spec.offset,
-            not bool(revolving[coordinate[spec.joint]]),
+            quantities[coordinate[spec.joint]],
             _limit(model.upperEffortLimit[coordinate[spec.joint]]),
             _limit(model.upperVelocityLimit[coordinate[spec.joint]]),
         )
@@ -111,11 +113,12 @@ def build_structure(
         start[coordinate[joint]] = value
     kind, names = description.outputs.kind, tuple(description.outputs.names)
     picked = tuple(coordinate[name] for name in names) if kind == "joints" else ()
-    angular = {
-        "joints": tuple(bool(revolving[k]) for k in picked),
-        "orientation": (True,) * 3,
-        "translation": (False,) * 3,
-        "pose": (False,) * 3 + (True,) * 3,
+    shift, turn = (Quantity.LENGTH,) * 3, (Quantity.ANGLE,) * 3
+    measured = {
+        "joints": tuple(quantities[k] for k in picked),
+        "orientation": turn,
+        "translation": shift,
+        "pose": shift + turn,
     }[kind]
     drives = description.drives or {"all": list(actuators)}
     joint_of = {actuator.name: actuator.joint for actuator in actuators.values()}
@@ -129,13 +132,13 @@ def build_structure(
         loops={loop.name: loop for loop in loops},
         limbs=find_limbs(model, loops, joint_of, frames[description.platform].joint),
         actuators=actuators,
-        outputs=Outputs(kind, names, picked, angular),
+        outputs=Outputs(kind, names, picked, measured),
         drives={name: tuple(members) for name, members in drives.items()},
         length=description.length
         or characteristic_length(model, loops, frames[description.platform], start),
         lower=lower,
         upper=upper,
-        revolving=revolving,
+        quantities=quantities,
         frames=frames,
         urdf=urdf.text,
         path=path.resolve() if path else None,

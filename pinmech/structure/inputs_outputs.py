@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pinmech.units import Quantity
+
 
 @dataclass(frozen=True)
 class Actuator:
@@ -15,7 +17,7 @@ class Actuator:
         joint: the joint it drives.
         coordinate: index of that joint in q and v.
         scale, offset: the map from joint value to actuator value.
-        prismatic: True when the joint slides (values in m, efforts in N), else rad and N·m.
+        quantity: what its value is: an angle (rad, N·m) or a length (m, N).
         effort, velocity: limits from the URDF [N·m or N, rad/s or m/s], at the joint; inf if none.
     """
 
@@ -24,7 +26,7 @@ class Actuator:
     coordinate: int
     scale: float
     offset: float
-    prismatic: bool
+    quantity: Quantity
     effort: float
     velocity: float
 
@@ -37,13 +39,18 @@ class Outputs(Sequence[str]):
         kind: ``joints``, ``orientation``, ``translation`` or ``pose``.
         names: the output names.
         coordinates: for kind ``joints``, their indices in q and v; else empty.
-        angular: for each output, True when it is an angle [rad], False when a length [m].
+        quantities: what each output is: an angle [rad] or a length [m].
     """
 
     kind: str
     names: tuple[str, ...]
     coordinates: tuple[int, ...]
-    angular: tuple[bool, ...]
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def by_name(self) -> dict[str, Quantity]:
+        """Output name -> what it is."""
+        return dict(zip(self.names, self.quantities, strict=True))
 
     def __len__(self) -> int:
         return len(self.names)

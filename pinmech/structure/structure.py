@@ -21,6 +21,7 @@ from pinmech.structure.cones import Cone
 from pinmech.structure.identity import frame_bytes, loops_of, tree_of
 from pinmech.structure.inputs_outputs import Actuator, Outputs
 from pinmech.structure.limbs import Limb
+from pinmech.units import Quantity
 
 Array = np.ndarray
 
@@ -43,11 +44,12 @@ class Structure:
         drives: drive name -> names of its actuators.
         length: characteristic length [m] that makes lengths dimensionless.
         lower, upper: (nq,) joint limits [rad or m], -inf and inf where there is none.
-        revolving: (nq,) True for revolute joints, whose values are angles.
+        quantities: for each joint, whether its value is an angle [rad] or a length [m].
         frames: every link of the URDF as a frame.
         path: the description file, None for one given as text.
         urdf: the URDF's text as Pinocchio reads it.
         urdf_folder: folder that mesh paths are relative to, None when there is none.
+        turning: (nq,) True for the joints whose values are angles: the quantities, for arithmetic.
         velocity_scale: (nv,) velocity per dimensionless velocity: 1 for revolute joints, the
             length for sliding ones.
         output_scale: (n_out,) output rate per dimensionless output rate.
@@ -69,11 +71,12 @@ class Structure:
     length: float
     lower: Array
     upper: Array
-    revolving: Array
+    quantities: tuple[Quantity, ...]
     frames: Mapping[str, Frame]
     urdf: str
     path: Path | None = None
     urdf_folder: Path | None = None
+    turning: Array = field(init=False, repr=False)
     velocity_scale: Array = field(init=False, repr=False)
     output_scale: Array = field(init=False, repr=False)
     rows: int = field(init=False, repr=False)
@@ -86,11 +89,12 @@ class Structure:
 
         for name in ("loops", "limbs", "actuators", "drives", "frames"):
             put(name, Table(getattr(self, name)))
-        for name in ("lower", "upper", "revolving"):
+        for name in ("lower", "upper"):
             put(name, frozen(getattr(self, name)))
-        angular = np.array(self.outputs.angular)
-        put("velocity_scale", frozen(np.where(self.revolving, 1.0, self.length)))
-        put("output_scale", frozen(np.where(angular, 1.0, self.length)))
+        size = {Quantity.ANGLE: 1.0, Quantity.LENGTH: self.length}
+        put("turning", frozen([quantity is Quantity.ANGLE for quantity in self.quantities], bool))
+        put("velocity_scale", frozen([size[quantity] for quantity in self.quantities], float))
+        put("output_scale", frozen([size[quantity] for quantity in self.outputs.quantities], float))
         put("rows", sum(closures.ROWS[loop.type] for loop in self.loops.values()))
         limited = [(loop, loop.limit) for loop in self.loops.values() if loop.limit is not None]
         put("cones", tuple(limited))

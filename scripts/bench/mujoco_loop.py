@@ -37,7 +37,7 @@ def mjcf(mech: pm.Mechanism) -> str:
 
     def body(k: int) -> str:
         joint, inertia = model.joints[k], model.inertias[k]
-        if joint.nq != 1 or not mech.revolving[joint.idx_v]:
+        if joint.nq != 1 or not mech.turning[joint.idx_v]:
             raise SystemExit(f"the MuJoCo baseline knows hinges only, not {joint.shortname()}")
         scratch = joint.createData()
         joint.calc(scratch, np.zeros(model.nq))

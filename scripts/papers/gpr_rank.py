@@ -33,7 +33,7 @@ def closure_rank(state: pm.ClosedState) -> int:
     """Rank of the closure Jacobian with the slider columns left out."""
     mechanism = state.mechanism
     keep = [k for k, name in enumerate(mechanism.joints) if name not in ("l1", "l2", "l3")]
-    sizes = np.where(mechanism.revolving, 1.0, mechanism.length)
+    sizes = mechanism.velocity_scale
     values = np.linalg.svd((pm.closure_jacobian(state) * sizes)[:, keep], compute_uv=False)
     return int((values > 1e-9 * values[0]).sum())
 

@@ -38,7 +38,7 @@ KINDS = ["spherical", "revolute", "universal", "cylindrical", "prismatic", "plan
 def singular_values(state: pm.ClosedState) -> np.ndarray:
     """Of the closure Jacobian with lengths over the characteristic length, by plain numpy."""
     mech = state.mechanism
-    scale = np.where(mech.revolving, 1.0, mech.length)
+    scale = np.where(mech.turning, 1.0, mech.length)
     return np.linalg.svd(pm.closure_jacobian(state) * scale / mech.length, compute_uv=False)
 
 

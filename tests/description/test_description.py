@@ -870,7 +870,7 @@ def test_continuous_has_one_coordinate_and_no_limit() -> None:
         for joint in ("hinge", "knee"):
             k = mech.coordinate(joint)
             assert (mech.lower[k], mech.upper[k]) == (-np.inf, np.inf)
-            assert mech.revolving[k]
+            assert mech.turning[k]
         again = pm.from_text(DESCRIPTION, mech.urdf)  # the text that the mechanism carries
         np.testing.assert_array_equal(again.lower, mech.lower)
         np.testing.assert_array_equal(again.upper, mech.upper)

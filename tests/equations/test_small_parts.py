@@ -26,7 +26,7 @@ def test_a_coordinate_without_limits_comes_as_near_to_the_start_as_whole_turns_c
     antenna: pm.Mechanism, turns: int
 ) -> None:
     k = antenna.actuator_coordinates[0]
-    assert antenna.revolving[k]
+    assert antenna.turning[k]
     assert np.isinf(antenna.lower[k])
     start, q = antenna.home.q.copy(), antenna.home.q.copy()
     start[k] = 2.0 * np.pi * turns + 1.3

@@ -65,7 +65,7 @@ def states(mech: pm.Mechanism, count: int, seed: int) -> list[pm.ClosedState]:
 
 def motion(mech: pm.Mechanism, rng: np.random.Generator) -> tuple[Array, Array]:
     """Random output rates and accelerations [rad/s, m/s; rad/s^2, m/s^2]."""
-    size = np.where(mech.outputs.angular, 1.0, 0.2)
+    size = np.array([{"rad": 1.0, "m": 0.2}[quantity.unit] for quantity in mech.outputs.quantities])
     return size * rng.normal(size=len(size)), 3.0 * size * rng.normal(size=len(size))
 
 

@@ -82,7 +82,7 @@ def case(request: pytest.FixtureRequest) -> tuple[pm.Mechanism, list[pm.ClosedSt
 
 def units(state: pm.ClosedState) -> np.ndarray:
     """(n_out, n_out) one unit displacement per row: 1 rad, or a tenth of a metre."""
-    return np.diag(np.where(state.mechanism.outputs.angular, 1.0, 0.1))
+    return np.diag([{"rad": 1.0, "m": 0.1}[q.unit] for q in state.mechanism.outputs.quantities])
 
 
 def test_tangent_closes_the_loops_and_has_the_right_dimension(
@@ -90,7 +90,7 @@ def test_tangent_closes_the_loops_and_has_the_right_dimension(
 ) -> None:
     mech, states = case
     spins = sum(name.endswith("_spin") for name in mech.joints)
-    scale = np.where(mech.revolving, 1.0, mech.length)
+    scale = np.where(mech.turning, 1.0, mech.length)
     for state in states:
         basis, closure = pm.tangent(state), pm.closure_jacobian(state)
         assert basis.shape == (mech.model.nv, len(mech.outputs) + spins)
@@ -141,7 +141,7 @@ def test_forward_jacobian_of_every_drive(
                 continue
             # Finite differences through forward kinematics.
             for k, name in enumerate(names):
-                size = 0.1 if mech.actuators[name].prismatic else 1.0
+                size = 0.1 if mech.actuators[name].quantity.unit == "m" else 1.0
                 size *= abs(mech.actuators[name].scale)
                 five = []
                 for t in STEP * np.arange(-2, 3):

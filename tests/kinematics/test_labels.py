@@ -206,7 +206,7 @@ def closed_states(mech: pm.Mechanism, x: Array, count: int, seed: int) -> list[p
     """Closed states with outputs (joints) x, by Newton from random values: brute force."""
     rng, held = np.random.default_rng(seed), list(mech.outputs.coordinates)
     rest = np.setdiff1d(np.arange(mech.model.nv), held)
-    reach = np.where(mech.revolving[rest], np.pi, 2 * mech.length)
+    reach = np.where(mech.turning[rest], np.pi, 2 * mech.length)
     found = []
     with mech.scratch() as system:
         for _ in range(count):

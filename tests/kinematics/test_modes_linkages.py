@@ -28,7 +28,7 @@ def closed_states(mech: pm.Mechanism, x: Array, count: int, seed: int) -> list[p
     """Closed states with outputs x, by Newton from random values of all else: brute force."""
     held = list(mech.outputs.coordinates) if mech.outputs.kind == "joints" else []
     rest, rng = np.setdiff1d(np.arange(mech.model.nv), held), np.random.default_rng(seed)
-    reach = np.where(mech.revolving[rest], np.pi, 2 * mech.length)
+    reach = np.where(mech.turning[rest], np.pi, 2 * mech.length)
     problem = Problem(mech, rest, pose=None if held else pose_of(mech, np.asarray(x)))
     found = []
     with mech.scratch() as system:

@@ -400,7 +400,7 @@ def test_substitutes_really_differ() -> None:
     kinds = {}
     for pair in PAIRS:
         mech = variant(pair)
-        sliding = sum(not r for r in mech.revolving)
+        sliding = sum(not r for r in mech.turning)
         kinds[pair] = (mech.model.nv, sliding, next(iter(mech.loops.values())).type)
     assert kinds == {
         "F": (4, 1, "planar"),

@@ -200,7 +200,7 @@ def test_ranks_9_11_12(pose: tuple[float, ...], expected: int) -> None:
     mech = load("gpr_3ps")
     without = [k for k, name in enumerate(mech.joints) if name not in ("l1", "l2", "l3")]
     k = pm.closure_jacobian(state)
-    scale = np.where(mech.revolving, 1.0, mech.length) / mech.length
+    scale = np.where(mech.turning, 1.0, mech.length) / mech.length
     values = np.linalg.svd((k * scale)[:, without], compute_uv=False)
     assert 3 + int((values > 1e-9 * values[0]).sum()) == expected
     assert np.linalg.matrix_rank(k * scale, tol=1e-6) == 9

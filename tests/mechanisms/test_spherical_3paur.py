@@ -62,7 +62,7 @@ def test_it_is_built_of_real_parallelograms(mech: pm.Mechanism) -> None:
     moving = [name for name in mech.frames if mech.frames[name].joint]
     bodies = {mech.frames[name].joint for name in moving}
     assert len(bodies) + 1 == 17
-    assert mech.revolving.all()
+    assert mech.turning.all()
     assert mech.model.nv + len(mech.loops) == 21
     assert {loop.type for loop in mech.loops.values()} == {"revolute"}
 

@@ -118,9 +118,8 @@ class _Examination:
         every = tuple(mechanism.actuators)
         self._members = [[every.index(a) for a in mechanism.drive(d)] for d in self.drives]
         self._labels = mechanism.facts.labels
-        self._units = np.where(mechanism.revolving, 1.0, mechanism.length)
-        sliding = np.array([a.prismatic for a in mechanism.actuators.values()])
-        self._act = np.where(sliding, mechanism.length, 1.0)
+        self._units = mechanism.velocity_scale
+        self._act = mechanism.velocity_scale[mechanism.actuator_coordinates]
         self.time = np.asarray(motion.time, dtype=float)
         self.q, self.ok = np.array(path.q), np.array(path.success)
         # Samples beyond the limits say that limits do not count.

@@ -215,8 +215,7 @@ def drive_limits(mechanism: Mechanism, names: tuple[str, ...]) -> Array:
 def unbalanced_message(mechanism: Mechanism, names: tuple[str, ...], unbalanced: Array) -> str:
     """Says which part of the demanded force a drive leaves unbalanced."""
     outputs = mechanism.outputs
-    units = ["N·m" if angular else "N" for angular in outputs.angular]
-    known = [f"{unit} in {name}" for name, unit in zip(outputs, units, strict=True)]
+    known = [f"{q.effort_unit} in {name}" for name, q in outputs.by_name.items()]
     loose = ["N·m in a motion that is possible to first order only"]
     labels = known + loose * (len(unbalanced) - len(known))
     parts = ", ".join(

@@ -97,7 +97,7 @@ def column_faults(names: Sequence[str], units: Sequence[str], outputs: Outputs) 
     missing = [name for name in wanted if name not in names]
     if missing:
         faults.append("no column for output " + ", ".join(repr(name) for name in missing))
-    kinds = _quantities(outputs)
+    kinds = outputs.by_name
     for name, unit in zip(names, units, strict=True):
         if name in kinds and kinds[name] is not UNITS[unit].quantity:
             right = heading(kinds[name].phrase, f"{kinds[name].unit} or {kinds[name].shown_unit}")
@@ -247,14 +247,8 @@ def _column_fault(position: int, field: str, taken: Sequence[str], outputs: Outp
 def _with_unit(field: str, outputs: Outputs | None) -> str:
     """A column's heading with the unit that its output needs; an angle where none is known."""
     name = re.sub(r"\s*[\[\](){}].*", "", field) or "alpha"
-    kinds = {} if outputs is None else _quantities(outputs)
+    kinds = {} if outputs is None else outputs.by_name
     return heading(name[:40], kinds.get(name, Quantity.ANGLE).unit)
-
-
-def _quantities(outputs: Outputs) -> dict[str, Quantity]:
-    """Output name -> angle or length."""
-    kinds = zip(outputs.names, outputs.angular, strict=True)
-    return {name: Quantity.of(angular) for name, angular in kinds}
 
 
 def _example(fields: Sequence[str], outputs: Outputs | None) -> str:

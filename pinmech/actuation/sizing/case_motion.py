@@ -12,7 +12,7 @@ from pinmech.actuation.sizing.case_schema import SlewSpec, SweepSpec
 from pinmech.errors import suggest
 from pinmech.mechanism.mechanism import Mechanism
 from pinmech.structure.inputs_outputs import Outputs
-from pinmech.units import UNITS
+from pinmech.units import UNITS, Quantity
 
 
 def read_trajectory(
@@ -90,5 +90,6 @@ def _vector(
     if missing:
         found.add(place, "no number for output " + ", ".join(repr(m) for m in missing))
     # The unit is that of the angles; lengths are in m.
-    sizes = [UNITS[unit].size if angular else 1.0 for angular in outputs.angular]
+    size = UNITS[unit].size
+    sizes = [size if quantity is Quantity.ANGLE else 1.0 for quantity in outputs.quantities]
     return [part.get(name, 0.0) * size for name, size in zip(outputs.names, sizes, strict=True)]

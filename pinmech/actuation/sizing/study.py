@@ -28,7 +28,6 @@ from pinmech.actuation.sizing.table import SizingTable
 from pinmech.kinematics.arguments import check_progress
 from pinmech.kinematics.path import inverse_path
 from pinmech.kinematics.solution import PosePath
-from pinmech.units import Quantity
 
 #: Called with (steps done, steps in all, what is being done).
 Progress = Callable[[int, int, str], object]
@@ -123,9 +122,7 @@ def _history(case: Case, load_case: LoadCase, drive: str, torques: DynamicsPath)
         load_case=load_case.name,
         drive=drive,
         actuators=names,
-        quantities=tuple(
-            Quantity.of(not case.mechanism.actuators[name].prismatic) for name in names
-        ),
+        quantities=tuple(case.mechanism.actuators[name].quantity for name in names),
         time=load_case.motion.time,
         torques=np.asarray(torques.torques),
         speeds=np.asarray(torques.actuator_rates),

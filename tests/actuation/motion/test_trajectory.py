@@ -19,10 +19,11 @@ from pinmech.actuation.motion.rotations import (
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.errors import InputError, TrajectoryError
 from pinmech.structure.inputs_outputs import Outputs
+from pinmech.units import Quantity
 
-ANGLES = Outputs("joints", ("alpha", "beta"), (3, 4), (True, True))
-MIXED = Outputs("joints", ("z", "alpha"), (0, 1), (False, True))
-TURN = Outputs("orientation", ("s1", "s2", "s3"), (), (True,) * 3)
+ANGLES = Outputs("joints", ("alpha", "beta"), (3, 4), (Quantity.ANGLE,) * 2)
+MIXED = Outputs("joints", ("z", "alpha"), (0, 1), (Quantity.LENGTH, Quantity.ANGLE))
+TURN = Outputs("orientation", ("s1", "s2", "s3"), (), (Quantity.ANGLE,) * 3)
 
 
 def write(folder: Path, text: str | bytes) -> Path:
