@@ -12,6 +12,16 @@ from papers.tables import PaperTable, read_verdicts
 from papers.verdict import MEANING, VERDICTS, Row, Verdict, worse
 
 __all__ = [
-    *("MEANING", "PAPERS", "VERDICTS", "Paper", "PaperTable", "Progress", "Reproduction"),
-    *("Row", "Verdict", "read_verdicts", "reproduce", "worse"),
+    "MEANING",
+    "PAPERS",
+    "VERDICTS",
+    "Paper",
+    "PaperTable",
+    "Progress",
+    "Reproduction",
+    "Row",
+    "Verdict",
+    "read_verdicts",
+    "reproduce",
+    "worse",
 ]

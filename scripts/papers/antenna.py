@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import pinmech as pm
 from papers import antenna_findings as found
 from papers import antenna_formulas as formulas
 from papers.antenna_model import Antenna, geometry
-from papers.items import At, Item, Paper, Within, rounding
+from papers.items import At, Item, Paper, Within, free_axis, rounding
 from papers.verdict import Verdict
 
 BUILT: Verdict = "by construction"
@@ -171,7 +170,7 @@ SINGULARITIES: tuple[Item[Antenna], ...] = (
     At("eq22", "eq. (22)", "unit axis of the uncontrolled motion").number(
         ("0.9983", "-0.0544", "-0.0230"),
         "",
-        lambda m: pm.singularity(m.singular, drive="12").directions["axis"],
+        lambda m: free_axis(m.singular, "12"),
         why="pm.singularity(...).directions['axis']",
     ),
     At("fig11", "Fig. 11", "the axis meets the extension of the line C2B2").statement(

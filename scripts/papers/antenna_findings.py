@@ -20,7 +20,7 @@ from papers.antenna_model import (
     outward,
     points,
 )
-from papers.items import Finding, Noted
+from papers.items import Finding, Noted, free_axis
 from papers.show import small
 
 Array = np.ndarray
@@ -98,21 +98,17 @@ def two_configurations(m: Antenna) -> Finding:
 
 
 def forward_solutions(m: Antenna) -> Finding:
-    """Pairs of arm angles of either platform with more than four solutions."""
-    one = Curves(m.mechanism, MANY_1[0]).solve(MANY_1[1])
-    two = Curves(m.wide, MANY_2[0]).solve(MANY_2[1])
-    counts = [len(found.crossings) for found in (one, two)]
+    """Pairs of arm angles of either platform with more than four intersections."""
+    # Each closes both loops to 1e-6 mm², and they are apart by 1e-5 rad: see Curves.crossings.
+    one = len(Curves(m.mechanism, MANY_1[0]).crossings(MANY_1[1]))
+    found = Curves(m.wide, MANY_2[0]).solve(MANY_2[1])
+    two, closed = len(found.crossings), len(found.states)
     shown = (
-        f"Table 1, θ2 = θ3 = {MANY_1[1][0]:g} deg: {counts[0]}; Table 2, θ1 = {MANY_2[1][0]:g}, "
-        f"θ2 = {MANY_2[1][1]:g} deg: {counts[1]}"
+        f"Table 1, θ2 = θ3 = {MANY_1[1][0]:g} deg: {one}; Table 2, θ1 = {MANY_2[1][0]:g}, "
+        f"θ2 = {MANY_2[1][1]:g} deg: {two}"
     )
-    note = (
-        f"the other arm closes too at {len(one.states)} of the first and {len(two.states)} of the "
-        "second"
-    )
-    # Each closes both loops to 1e-6 mm² (Curves.crossings), and they are apart by 1e-5 rad.
-    more = min(counts) > 4 and len(two.states) == counts[1]
-    return Finding(shown, max(counts) <= 4, more, note)
+    note = f"at {closed} of the second arm 3 closes too"
+    return Finding(shown, max(one, two) <= 4, min(one, closed) > 4, note)
 
 
 def meeting_point(m: Antenna) -> Finding:
@@ -182,7 +178,7 @@ class Meeting:
 
 def meetings(state: pm.ClosedState) -> list[Meeting]:
     """For each arm, how the axis through O_1 of drive 12's uncontrolled motion passes its rod."""
-    axis = pm.singularity(state, drive="12").directions["axis"]
+    axis = free_axis(state, "12")
     centre = state.platform.translation * 1e3
     _, b, c = points(state)
     out = []
@@ -224,23 +220,29 @@ def removed(m: Antenna) -> Finding:
 
 def boundary(m: Antenna) -> Finding:
     """(24): walk along beta until an arm is stretched."""
-    low, high, state = 0.0, np.deg2rad(70.0), m.mechanism.home
-    for _ in range(44):
-        middle = 0.5 * (low + high)
-        run = pm.inverse(m.mechanism, [0.1, middle], guess=state, limits=False)
-        if run.success:
-            low, state = middle, run.unwrap()
-        else:
-            high = middle
-    # |J_iθi| from the arms' axes: Jacobians per output rate do not exist there.
-    a, b, c = points(state)
-    axes = np.cross(c - a, [0.0, 0.0, 1.0])
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
-    sizes = np.abs(2.0 * np.einsum("ij,ij->i", b - c, np.cross(axes, c - a)))
-    found = pm.singularity(state, tolerance=1e-4)
-    which = int(sizes.argmin())
-    listed = ", ".join(f"{x:.3g}" if x > 1.0 else "<1" for x in sizes)
-    note = f"arm {which + 1} is stretched (scaled distance {small(found.type1)})"
-    one = bool(sizes[which] < 1e-3 * sizes.max() and "type1" in found.kinds)
-    shown = f"β = {np.rad2deg(low):.4f} deg: |J_iθi| = {listed} mm²/rad"
-    return Finding(shown, bool(sizes.max() < 1.0), one, note)
+
+    def sizes(state: pm.ClosedState) -> Array:
+        # |J_iθi| from the arms' axes: Jacobians per output rate do not exist at the end.
+        a, b, c = points(state)
+        axes = np.cross(c - a, [0.0, 0.0, 1.0])
+        axes /= np.linalg.norm(axes, axis=1)[:, None]
+        return np.abs(2.0 * np.einsum("ij,ij->i", b - c, np.cross(axes, c - a)))
+
+    state, beta, step, before = m.mechanism.home, 0.0, 0.1, np.inf
+    while abs(step) > 1e-13:
+        run = pm.inverse(m.mechanism, [0.1, beta + step], guess=state, limits=False)
+        if not run.success:
+            step *= 0.5
+            continue
+        state, beta = run.unwrap(), beta + step
+        # The square of the least falls to zero in a straight line.
+        left = float(sizes(state).min()) ** 2
+        step = min(step, step * left / (before - left)) if left < before < np.inf else step
+        before = left
+    left_over, found = sizes(state), pm.singularity(state, tolerance=1e-4)
+    which = int(left_over.argmin())
+    listed = ", ".join(f"{x:.3g}" if x > 1.0 else "<1" for x in left_over)
+    note = f"arm {which + 1} is stretched (scaled distance {small(found.type1, 1e-6)})"
+    one = bool(left_over[which] < 1e-3 * left_over.max() and "type1" in found.kinds)
+    shown = f"β = {np.rad2deg(beta):.4f} deg: |J_iθi| = {listed} mm²/rad"
+    return Finding(shown, bool(left_over.max() < 1.0), one, note)

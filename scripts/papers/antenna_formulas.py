@@ -154,7 +154,8 @@ def loop_function(m: Antenna) -> Pair:
     theta = np.concatenate([m.theta[0], m.theta[0] + 0.3])
     q11, q12, q13 = q_terms(m.size, theta)
     curves = Curves(m.mechanism, step=120.0)
-    model = [curves.loops(*x, np.array([t, 0.0]))[0] for *x, t in zip(a, b, theta, strict=True)]
+    places = zip(np.column_stack([a, b]), theta, strict=True)
+    model = [curves.loops(pose, np.array([angle, 0.0]))[0] for pose, angle in places]
     return q11 * np.cos(b) + q12 * np.cos(a) * np.sin(b) + q13, np.array(model)
 
 

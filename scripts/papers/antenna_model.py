@@ -234,9 +234,9 @@ class Curves:
         values = {f"arm{arm}": float(x) for arm, x in zip(self.arms, theta, strict=True)}
         return self._place(values, *(f"arm{arm}_tip" for arm in self.arms))
 
-    def loops(self, alpha: float, beta: float, theta: Array) -> Array:
-        """(2,) F_i [mm²]."""
-        gap = self.b(alpha, beta) - self.c(theta)
+    def loops(self, pose: Array, theta: Array) -> Array:
+        """(2,) F_i [mm²] at alpha, beta (2,) and the arms' angles (2,) [rad]."""
+        gap = self.b(*pose) - self.c(theta)
         return np.einsum("ij,ij->i", gap, gap) - self.size.l2**2
 
     def values(self, degrees: tuple[float, float]) -> Array:
@@ -254,7 +254,7 @@ class Curves:
         middle = 0.5 * (self.grid[1] - self.grid[0])
         found: list[Array] = []
         for cell in np.argwhere(mixed[0] & mixed[1]):
-            run = root(lambda x: self.loops(*x, theta), self.grid[cell] + middle, tol=1e-13)
+            run = root(lambda x: self.loops(x, theta), self.grid[cell] + middle, tol=1e-13)
             if np.abs(run.fun).max() > 1e-6:
                 continue
             point = (run.x + np.pi) % (2 * np.pi) - np.pi

@@ -7,67 +7,51 @@ from pathlib import Path
 import numpy as np
 
 import pinmech as pm
-from papers.decoupled_model import at
-from papers.decoupled_statics import CURVE, RADII, forces
-from papers.decoupled_workspace import FIGURE_9
-from papers.figures import (
-    COLOURS,
-    Array,
-    axes3d,
-    equal,
-    new_figure,
-    polyline,
-    save,
-    tidy,
+from papers.decoupled_model import FIGURE_9, RADII, Decoupled, at, forces
+from papers.figures import COLOURS, Array, axes3d, equal, new_figure, panel, polyline, save
+
+#: theta2 of Figure 3 [deg].
+CURVE = np.concatenate(
+    [np.arange(-85.0, -60.0, 1.0), np.arange(-60.0, 60.1, 5.0), np.arange(61.0, 85.1, 1.0)]
 )
 
 
-def draw(folder: Path) -> list[Path]:
+def draw(folder: Path, m: Decoupled) -> list[Path]:
     """Write the figures of the decoupled mechanism's paper into a folder."""
-    slider, crank = pm.load("decoupled_pf"), pm.load("decoupled_4r")
-    return [_figure3(folder, slider, crank), _figure8(folder, crank), _figure9(folder, crank)]
+    return [_figure3(folder, m), _figure8(folder, m), _figure9(folder, m.crank)]
 
 
-def _figure3(folder: Path, slider: pm.Mechanism, crank: pm.Mechanism) -> Path:
-    effort, _ = forces(slider, CURVE)
-    torque, push = forces(crank, CURVE)
-    figure = new_figure(9.0, 3.8)
-    ax = figure.add_subplot(1, 2, 1)
-    ax.plot(CURVE, effort, color=COLOURS[0])
-    for t in (-60, 60):
-        ax.axvline(t, color="0.6", linestyle="--", linewidth=0.9)
-    ax.set_ylim(0, 120)
-    tidy(ax, "θ2 [deg]", "force of the slider drive [N]", "(a) Figure 2: slider")
-    ax = figure.add_subplot(1, 2, 2)
-    ax.plot(CURVE, push, color=COLOURS[1], label="force in the leg [N]")
-    ax.plot(CURVE, torque, color=COLOURS[2], label="torque of the crank drive [N·m]")
-    ax.set_ylim(0, 120)
-    ax.legend(frameon=False, loc="upper center")
-    tidy(ax, "θ2 [deg]", "force [N], torque [N·m]", "(b) Figure 5: parallelogram")
-    figure.suptitle("Figure 3: what 1 N·m at the platform takes (e = 100 mm)")
+def _figure3(folder: Path, m: Decoupled) -> Path:
+    figure = new_figure(9.0, 3.8, "Figure 3: what 1 N·m at the platform takes (e = 100 mm)")
+    effort, (torque, push) = forces(m.slider, CURVE)[0], forces(m.crank, CURVE)
+    labels = ("θ2 [deg]", "force of the slider drive [N]", "(a) Figure 2: slider")
+    one = panel(figure, (1, 2, 1), {"force": (CURVE, effort)}, labels, marks=(-60, 60))
+    curves = {
+        "force in the leg [N]": (CURVE, push),
+        "torque of the crank drive [N·m]": (CURVE, torque),
+    }
+    labels = ("θ2 [deg]", "force [N], torque [N·m]", "(b) Figure 5: parallelogram")
+    two = panel(figure, (1, 2, 2), curves, labels, colours=COLOURS[1:])
+    for ax in (one, two):
+        ax.set_ylim(0, 120)
     return save(figure, folder, "decoupled_fig3.png")
 
 
-def _figure8(folder: Path, crank: pm.Mechanism) -> Path:
-    reach = 90.0 - float(np.rad2deg(np.arcsin(RADII[0] / 0.1)))
-    figure = new_figure(6.4, 5.6)
+def _figure8(folder: Path, m: Decoupled) -> Path:
+    reach = 90.0 - float(np.rad2deg(np.arcsin(RADII[0] / m.e)))
+    figure = new_figure(6.4, 5.6, f"Figure 8: workspace of P (taken at R3), |θ2| < {reach:.2f}°")
     ax = axes3d(figure, 1, 1, 1)
-    every = []
     turns, tilts = np.linspace(-90.0, 90.0, 37), np.linspace(-reach, reach, 37)
-    for t in np.linspace(-reach, reach, 9):
-        row = _places(crank, turns, np.full_like(turns, t))
-        polyline(ax, row, color=COLOURS[0], linewidth=1.0)
-        every.append(row)
-    for one in np.linspace(-90.0, 90.0, 9):
-        polyline(
-            ax, _places(crank, np.full_like(tilts, one), tilts), color=COLOURS[1], linewidth=1.0
-        )
-    ax.plot([], [], color=COLOURS[0], label="θ1 alone: latitude")
-    ax.plot([], [], color=COLOURS[1], label="θ2 alone: longitude")
+    level = [_places(m.crank, turns, np.full(37, t)) for t in tilts[::4]]
+    upright = [_places(m.crank, np.full(37, one), tilts) for one in np.linspace(-90.0, 90.0, 9)]
+    names = ("θ1 alone: latitude", "θ2 alone: longitude")
+    for k, (rows, name) in enumerate(zip((level, upright), names, strict=True)):
+        for n, row in enumerate(rows):
+            label = name if n == 0 else None
+            polyline(ax, row, color=COLOURS[k], linewidth=1.0, label=label)
     ax.legend(frameon=False, loc="upper right")
-    equal(ax, np.vstack(every))
+    equal(ax, np.vstack([*level, *upright]))
     ax.view_init(20, -35)
-    figure.suptitle(f"Figure 8: workspace of P (taken at R3), |θ2| < {reach:.2f}°")
     return save(figure, folder, "decoupled_fig8.png")
 
 
@@ -80,7 +64,7 @@ def _places(crank: pm.Mechanism, theta1: Array, theta2: Array) -> Array:
 
 
 def _figure9(folder: Path, crank: pm.Mechanism) -> Path:
-    figure = new_figure(12.0, 4.6)
+    figure = new_figure(12.0, 4.6, "Figure 9: the three configurations")
     post = np.array([[0.0, 0.0, -80.0], [0.0, 0.0, 80.0]])
     for k, (one, two) in enumerate(FIGURE_9):
         state = at(crank, np.pi * one, 180.0 * two)
@@ -89,31 +73,15 @@ def _figure9(folder: Path, crank: pm.Mechanism) -> Path:
         z2 = state.platform.rotation @ np.array([0.0, 60.0, 0.0])
         polyline(ax, post, color="0.4", linewidth=2, label="axis R1")
         polyline(ax, [-z2, z2], color=COLOURS[3], linewidth=2, label="axis z2")
-        polyline(
-            ax, [p["platform"], p["platform_r3"]], color="black", linewidth=3, label="platform o R3"
-        )
-        polyline(
-            ax,
-            [p["coupler"], p["link54"], p["link65"]],
-            color=COLOURS[0],
-            marker="o",
-            markersize=4,
-            linewidth=2,
-            label="R4 R5 R6",
-        )
-        polyline(
-            ax,
-            [p["crank"], p["riser"], p["riser_r8"], p["follower"], p["crank"]],
-            color=COLOURS[1],
-            marker="o",
-            markersize=4,
-            linewidth=2,
-            label="R9 R7 R8 R10",
-        )
+        platform = [p["platform"], p["platform_r3"]]
+        polyline(ax, platform, color="black", linewidth=3, label="platform o R3")
+        dots = {"marker": "o", "markersize": 4, "linewidth": 2}
+        chain = [p[name] for name in ("coupler", "link54", "link65")]
+        polyline(ax, chain, color=COLOURS[0], label="R4 R5 R6", **dots)
+        bars = [p[name] for name in ("crank", "riser", "riser_r8", "follower", "crank")]
+        polyline(ax, bars, color=COLOURS[1], label="R9 R7 R8 R10", **dots)
         equal(ax, np.vstack([*p.values(), -z2, z2, post]), zoom=0.85)
         ax.view_init(22, -60)
-        if k == 0:
-            handles, labels = ax.get_legend_handles_labels()
-            figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False)
-    figure.suptitle("Figure 9: the three configurations")
+    handles = ax.get_legend_handles_labels()
+    figure.legend(*handles, loc="outside lower center", ncols=5, frameon=False)
     return save(figure, folder, "decoupled_fig9.png")

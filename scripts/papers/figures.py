@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ Array = np.ndarray
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float, title: str = "") -> Figure:
     """An empty figure [inches] that lays itself out.
 
     Raises:
@@ -35,6 +35,8 @@ def new_figure(width: float, height: float) -> Figure:
         raise MissingExtraError("matplotlib", "plot") from None
     figure = Figure(figsize=(width, height), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(title)
     return figure
 
 
@@ -45,7 +47,7 @@ def save(figure: Figure, folder: Path, name: str) -> Path:
     return write_bytes(folder / name, picture.getvalue())
 
 
-def save_curves(folder: Path, name: str, columns: dict[str, Array]) -> Path:
+def save_curves(folder: Path, name: str, columns: Mapping[str, Array]) -> Path:
     """Write curves as CSV: one column each, its heading with the unit; returns the file."""
     values = np.column_stack(list(columns.values()))
     lines = [",".join(columns)]
@@ -53,14 +55,36 @@ def save_curves(folder: Path, name: str, columns: dict[str, Array]) -> Path:
     return write_text(folder / name, "\n".join(lines) + "\n")
 
 
-def tidy(ax: Axes, xlabel: str, ylabel: str, title: str = "") -> None:
+def panel(
+    figure: Figure,
+    place: tuple[int, int, int],
+    curves: Mapping[str, tuple[Sequence[float] | Array, Sequence[float] | Array]],
+    labels: tuple[str, str, str],
+    *,
+    colours: Sequence[str] = COLOURS,
+    levels: Sequence[float] = (),
+    marks: Sequence[float] | Array = (),
+) -> Axes:
+    """One diagram: curves by label, labels of x, y and title, dotted levels, dashed marks on x."""
+    ax = figure.add_subplot(*place)
+    for (label, (x, y)), colour in zip(curves.items(), colours, strict=False):
+        ax.plot(x, y, color=colour, label=label)
+    for level in levels:
+        ax.axhline(level, color="black", linestyle=":", linewidth=1.0)
+    for mark in marks:
+        ax.axvline(mark, color="0.6", linestyle="--", linewidth=0.9)
+    if len(curves) > 1:
+        ax.legend(frameon=False)
+    return tidy(ax, *labels)
+
+
+def tidy(ax: Axes, xlabel: str, ylabel: str, title: str = "") -> Axes:
     """Labels, a light grid, no box."""
-    ax.set_xlabel(xlabel)
-    ax.set_ylabel(ylabel)
-    if title:
-        ax.set_title(title, loc="left", fontsize="medium")
+    ax.set(xlabel=xlabel, ylabel=ylabel)
+    ax.set_title(title, loc="left", fontsize="medium")
     ax.grid(True, color="0.9", linewidth=0.8)
     ax.spines[["top", "right"]].set_visible(False)
+    return ax
 
 
 def axes3d(figure: Figure, rows: int, columns: int, index: int, title: str = "") -> Any:
@@ -72,24 +96,18 @@ def axes3d(figure: Figure, rows: int, columns: int, index: int, title: str = "")
 
 def polyline(ax: Any, points: Sequence[Array] | Array, **style: Any) -> None:
     """A line through points (n, 3)."""
-    rows = np.asarray(points, dtype=float)
-    ax.plot(rows[:, 0], rows[:, 1], rows[:, 2], **style)
+    ax.plot(*np.asarray(points, dtype=float).T, **style)
 
 
 def equal(ax: Any, points: Array, zoom: float = 0.95) -> None:
-    """Same scale on all axes of a 3D view, around points (n, 3)."""
+    """Same scale on all axes of a 3D view, around points (n, 3) [mm]."""
+    from matplotlib.ticker import MaxNLocator
+
     rows = np.asarray(points, dtype=float).reshape(-1, 3)
     low, high = rows.min(axis=0), rows.max(axis=0)
     half = 0.5 * float((high - low).max())
     for middle, name in zip(0.5 * (low + high), "xyz", strict=True):
-        getattr(ax, f"set_{name}lim")(middle - half, middle + half)
-        getattr(ax, f"set_{name}label")(f"{name} [mm]")
-        getattr(ax, f"{name}axis").set_major_locator(_few_ticks())
+        ax.set(**{f"{name}lim": (middle - half, middle + half), f"{name}label": f"{name} [mm]"})
+        getattr(ax, f"{name}axis").set_major_locator(MaxNLocator(3))
         ax.tick_params(labelsize="small")
     ax.set_box_aspect((1, 1, 1), zoom=zoom)
-
-
-def _few_ticks() -> Any:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(3)

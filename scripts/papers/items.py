@@ -232,7 +232,8 @@ class At(NamedTuple):
 
         def ask(model: M) -> Answer:
             found = value(model)
-            return Answer(published, found.value, "", *map(bool, found[1:3]), found.note)
+            holds, corrected = bool(found.holds), bool(found.corrected)
+            return Answer(published, found.value, "", holds, corrected, found.note)
 
         return Item(*self, published, ask, **more)
 
@@ -315,3 +316,15 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
     if not ends[0] * ends[1] <= 0:
         raise NotFoundError(f"no zero between {low:g} and {high:g}: {ends[0]:.3g}, {ends[1]:.3g}")
     return float(brentq(function, low, high, xtol=1e-14))
+
+
+def free_axis(state: pm.ClosedState, drive: str | None = None) -> Array:
+    """Unit axis (3,) about which the platform still turns at a singular state, drives held.
+
+    Raises:
+        NotFoundError: it does not turn there.
+    """
+    found = pm.singularity(state, drive=drive).directions.get("axis")
+    if found is None:
+        raise NotFoundError("the drives hold the platform there")
+    return found

@@ -11,9 +11,9 @@ import pinocchio as pin
 from scipy.optimize import minimize
 
 import pinmech as pm
-from papers.items import Finding, Noted
+from papers.items import Finding, Noted, NotFoundError
 from papers.show import small
-from papers.spherical_model import Spherical, in_range, phi
+from papers.spherical_model import Spherical, margin, phi
 
 Array = np.ndarray
 
@@ -43,17 +43,17 @@ class Panel:
         s3: of the panel [deg].
         value: |det J⁻¹|; NaN at singular poses.
         condition: condition number of J⁻¹; inf at singular poses.
-        inside: True where all crank angles are in (0, 180) deg.
+        margin: of the nearest parallelogram from flat [deg], negative where one is folded over.
     """
 
     s3: float
     value: Array
     condition: Array
-    inside: Array
+    margin: Array
 
     def extreme(self, sign: int) -> tuple[float, float]:
         """s1, s2 [deg] of the largest (1) or least (-1) value on the grid."""
-        i, j = np.unravel_index(np.nanargmax(sign * self.value), self.value.shape)
+        i, j = np.argwhere(self.value == sign * np.nanmax(sign * self.value))[0]
         return float(GRID[i]), float(GRID[j])
 
 
@@ -63,15 +63,17 @@ def panels(m: Spherical) -> tuple[Panel, ...]:
     out = []
     for s3 in PANELS:
         size = (len(GRID), len(GRID))
-        value, condition = np.full(size, np.nan), np.full(size, np.inf)
-        inside = np.zeros(size, dtype=bool)
+        value, condition, away = (np.full(size, x) for x in (np.nan, np.inf, np.nan))
         for i, j in np.ndindex(size):
-            run = pm.inverse(m.mechanism, np.deg2rad([GRID[i], GRID[j], s3]), limits=False)
+            pose = np.deg2rad(np.array([GRID[i], GRID[j], s3]))
+            run = pm.inverse(m.mechanism, pose, limits=False)
             if run.status == "singular":
                 continue
             value[i, j], condition[i, j] = index(run.unwrap())
-            inside[i, j] = in_range(run.unwrap())
-        out.append(Panel(s3, value, condition, inside))
+            away[i, j] = margin(run.unwrap())
+        if np.isnan(value).all():
+            raise NotFoundError(f"every pose of the panel s3 = {s3:g} deg is singular")
+        out.append(Panel(s3, value, condition, away))
     return tuple(out)
 
 
@@ -83,7 +85,7 @@ def refined(m: Spherical, panel: Panel, sign: int) -> tuple[float, Array]:
     near = pm.inverse(m.mechanism, pose, limits=False).unwrap()
 
     def value(at: Array) -> float:
-        s = np.deg2rad([*np.clip(at, 0.0, 90.0), panel.s3])
+        s = np.deg2rad(np.append(np.clip(at, 0.0, 90.0), panel.s3))
         run = pm.inverse(m.mechanism, s, guess=near, limits=False)
         return -sign * index(run.unwrap())[0] if run.success else np.inf
 
@@ -123,8 +125,8 @@ def where(m: Spherical) -> Finding:
 def crank_range(m: Spherical) -> Finding:
     """How much of the panels has its cranks in range."""
     found = panels(m)
-    share = float(np.mean([p.inside.mean() for p in found]))
-    allowed = max(float(np.nanmax(np.where(p.inside, p.value, np.nan))) for p in found)
+    share = float(np.mean([(p.margin > 0).mean() for p in found]))
+    allowed = max(float(np.nanmax(np.where(p.margin > 0, p.value, np.nan))) for p in found)
     highest = max(float(np.nanmax(p.value)) for p in found)
     shown = f"{100 * share:.0f} % of the grid is; the largest index on it is {allowed:.2f}"
     return Finding(shown, share > 0.999, allowed < highest - 0.05)

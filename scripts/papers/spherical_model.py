@@ -127,10 +127,11 @@ def phi(state: pm.ClosedState) -> Array:
     return np.array(list(state.actuators.values()))
 
 
-def in_range(state: pm.ClosedState) -> bool:
-    """True when no parallelogram is flat or folded over: crank angles φ_i + 180 deg in (0, 180)."""
-    crank = np.rad2deg(phi(state)) + 180.0
-    return bool(((crank > 1e-6) & (crank < 180.0 - 1e-6)).all())
+def margin(state: pm.ClosedState) -> float:
+    """How far the nearest parallelogram is from flat [deg]: crank angles φ_i + 180 deg within
+    (0, 180); negative where one is folded over."""
+    cranks = np.rad2deg(phi(state)) + 180.0
+    return float(np.minimum(cranks, 180.0 - cranks).min())
 
 
 def span_gap(first: Array, second: Array, scale: Array) -> float:

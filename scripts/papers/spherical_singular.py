@@ -6,12 +6,12 @@ import numpy as np
 import pinocchio as pin
 
 import pinmech as pm
-from papers.items import Finding, Noted, root_between
+from papers.items import Finding, Noted, free_axis, root_between
 from papers.show import small
 from papers.spherical_model import (
     Spherical,
     forces,
-    in_range,
+    margin,
     phi,
     span_gap,
     state_at,
@@ -95,7 +95,7 @@ def full_lock(m: Spherical) -> Finding:
         screws = pm.limb_screws(state)
         limbs = (screws[f"crank{k}"].constraint_order for k in (1, 2, 3))
         orders.add((*limbs, screws.platform.order))
-        inside &= in_range(state)
+        inside &= margin(state) > 0.0
         on = state_at(m.mechanism, s, free=[x + 0.1 for x in FREE])
         turned = pin.log3(state.platform.rotation.T @ on.platform.rotation)
         moves = max(moves, float(np.abs(turned).max()))
@@ -138,7 +138,7 @@ def free_turn(m: Spherical) -> Finding:
     """Figure 5: at w1 = u1 the platform turns freely about w1."""
     state = state_at(m.mechanism, curve(0, 1, 1, 110.0), free=FREE)
     found = pm.singularity(state)
-    off = float(np.abs(np.abs(found.directions["axis"] @ vectors(state)[2][0]) - 1.0))
+    off = float(np.abs(np.abs(free_axis(state) @ vectors(state)[2][0]) - 1.0))
     note = (
         f"{pm.mobility(state).dof} instantaneous freedoms: parallelogram 3 is flat there as well "
         f"(φ3 = {np.rad2deg(phi(state))[2]:.0f} deg), which the paper does not say"

@@ -12,10 +12,8 @@ from typing import Any, cast
 from papers.items import Paper
 from papers.verdict import MEANING, VERDICTS, Row, Verdict
 
-COLUMNS = (
-    *("id", "place", "what", "published", "URDF model"),
-    *("difference", "verdict", "why", "figure"),
-)
+#: Heads of the cells of a :class:`Row`.
+COLUMNS = [name.replace("value", "URDF model") for name in Row.__dataclass_fields__]
 
 
 @dataclass(frozen=True)
