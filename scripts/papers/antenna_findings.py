@@ -229,10 +229,10 @@ def boundary(m: Antenna) -> Finding:
         return np.abs(2.0 * np.einsum("ij,ij->i", b - c, np.cross(axes, c - a)))
 
     state, beta, step, before = m.mechanism.home, 0.0, 0.1, np.inf
-    while abs(step) > 1e-13:
+    while abs(step) > 1e-10:
         run = pm.inverse(m.mechanism, [0.1, beta + step], guess=state, limits=False)
         if not run.success:
-            step *= 0.5
+            step *= 0.25
             continue
         state, beta = run.unwrap(), beta + step
         # The square of the least falls to zero in a straight line.

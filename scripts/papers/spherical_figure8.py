@@ -19,8 +19,6 @@ Array = np.ndarray
 
 #: The panels of Figure 8: s3 [deg].
 PANELS = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
-#: Grid of s1 and s2 [deg].
-GRID = np.arange(0.0, 90.1, 10.0)
 #: Steps of the experiment [deg].
 STEP = 6.0
 
@@ -41,12 +39,14 @@ class Panel:
 
     Attributes:
         s3: of the panel [deg].
+        grid: of s1 and s2 [deg].
         value: |det J⁻¹|; NaN at singular poses.
         condition: condition number of J⁻¹; inf at singular poses.
         margin: of the nearest parallelogram from flat [deg], negative where one is folded over.
     """
 
     s3: float
+    grid: Array
     value: Array
     condition: Array
     margin: Array
@@ -54,7 +54,7 @@ class Panel:
     def extreme(self, sign: int) -> tuple[float, float]:
         """s1, s2 [deg] of the largest (1) or least (-1) value on the grid."""
         i, j = np.argwhere(self.value == sign * np.nanmax(sign * self.value))[0]
-        return float(GRID[i]), float(GRID[j])
+        return float(self.grid[i]), float(self.grid[j])
 
 
 @cache
@@ -62,10 +62,10 @@ def panels(m: Spherical) -> tuple[Panel, ...]:
     """All panels, from closed states by inverse kinematics."""
     out = []
     for s3 in PANELS:
-        size = (len(GRID), len(GRID))
+        size = (len(m.grid), len(m.grid))
         value, condition, away = (np.full(size, x) for x in (np.nan, np.inf, np.nan))
         for i, j in np.ndindex(size):
-            pose = np.deg2rad(np.array([GRID[i], GRID[j], s3]))
+            pose = np.deg2rad(np.array([m.grid[i], m.grid[j], s3]))
             run = pm.inverse(m.mechanism, pose, limits=False)
             if run.status == "singular":
                 continue
@@ -73,13 +73,13 @@ def panels(m: Spherical) -> tuple[Panel, ...]:
             away[i, j] = margin(run.unwrap())
         if np.isnan(value).all():
             raise NotFoundError(f"every pose of the panel s3 = {s3:g} deg is singular")
-        out.append(Panel(s3, value, condition, away))
+        out.append(Panel(s3, m.grid, value, condition, away))
     return tuple(out)
 
 
 @cache
 def refined(m: Spherical, panel: Panel, sign: int) -> tuple[float, Array]:
-    """Largest (1) or least (-1) value of a panel, and its s1, s2 [deg], to a tenth of a degree."""
+    """Largest (1) or least (-1) value of a panel, and its s1, s2 [deg], to half a degree."""
     start = np.array(panel.extreme(sign))
     pose = np.deg2rad([*start, panel.s3])
     near = pm.inverse(m.mechanism, pose, limits=False).unwrap()
@@ -90,7 +90,7 @@ def refined(m: Spherical, panel: Panel, sign: int) -> tuple[float, Array]:
         return -sign * index(run.unwrap())[0] if run.success else np.inf
 
     simplex = start + np.array([[0.0, 0.0], [-4.0, 0.0], [0.0, 4.0 if start[1] < 45.0 else -4.0]])
-    options = {"xatol": 0.1, "fatol": 1e-5, "initial_simplex": simplex}
+    options = {"xatol": 0.4, "fatol": 1e-4, "initial_simplex": simplex}
     found = minimize(value, start, method="Nelder-Mead", options=options)
     return -sign * float(found.fun), np.clip(found.x, 0.0, 90.0)
 
@@ -128,14 +128,15 @@ def crank_range(m: Spherical) -> Finding:
     share = float(np.mean([(p.margin > 0).mean() for p in found]))
     allowed = max(float(np.nanmax(np.where(p.margin > 0, p.value, np.nan))) for p in found)
     highest = max(float(np.nanmax(p.value)) for p in found)
-    shown = f"{100 * share:.0f} % of the grid is; the largest index on it is {allowed:.2f}"
+    step = m.grid[1] - m.grid[0]
+    shown = f"{100 * share:.0f} % of a grid of {step:g} deg do; largest index there {allowed:.2f}"
     return Finding(shown, share > 0.999, allowed < highest - 0.05)
 
 
 def singular_poses(m: Spherical) -> Finding:
     """Singular poses within the panels."""
     found = panels(m)
-    bad = [(*GRID[[i, j]], p.s3) for p in found for i, j in np.argwhere(p.condition > 1e6)]
+    bad = [(*m.grid[[i, j]], p.s3) for p in found for i, j in np.argwhere(p.condition > 1e6)]
     beside = max(float(p.condition[np.isfinite(p.condition)].max()) for p in found)
     listed = ", ".join(f"s = ({a:g}, {b:g}, {c:g}) deg" for a, b, c in bad)
     note = f"the condition number beside reaches {beside:.0f}"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from papers.figures import COLOURS, new_figure, save, tidy
-from papers.spherical_figure8 import GRID, STEP, experiment, panels, refined
+from papers.spherical_figure8 import STEP, experiment, panels, refined
 from papers.spherical_model import Spherical
 
 
@@ -24,15 +24,15 @@ def _figure8(folder: Path, m: Spherical) -> Path:
     for k, panel in enumerate(panels(m)):
         ax = figure.add_subplot(2, 3, k + 1)
         axes.append(ax)
-        shown = ax.contourf(GRID, GRID, panel.value.T, levels=levels, cmap="viridis")
+        shown = ax.contourf(m.grid, m.grid, panel.value.T, levels=levels, cmap="viridis")
         margin = panel.margin.T
-        ax.contourf(GRID, GRID, margin, levels=[-180.0, 0.0], colors="none", hatches=["////"])
-        ax.contour(GRID, GRID, margin, levels=[0.0], colors="white", linewidths=1.5)
+        ax.contourf(m.grid, m.grid, margin, levels=[-180.0, 0.0], colors="none", hatches=["////"])
+        ax.contour(m.grid, m.grid, margin, levels=[0.0], colors="white", linewidths=1.5)
         most, peak = refined(m, panel, 1)
         style: dict[str, Any] = {"color": COLOURS[1], "markeredgecolor": "white", "zorder": 5}
         ax.plot(*peak[:, None], "o", clip_on=False, **style)
         for a, b in np.argwhere(~(panel.condition < 1e6)):
-            ax.plot(GRID[a], GRID[b], "X", color="red", markersize=9, clip_on=False)
+            ax.plot(m.grid[a], m.grid[b], "X", color="red", markersize=9, clip_on=False)
         title = f"({'abcdef'[k]}) s3 = {panel.s3:g}°, largest {most:.3f}"
         tidy(ax, "s1 [deg]" if k > 2 else "", "s2 [deg]" if k % 3 == 0 else "", title)
         ax.grid(False)

@@ -7,7 +7,7 @@ model's own axes at home, and ``pm.verify_closed`` confirms that they close all 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -33,7 +33,11 @@ TABLE_1 = (
 
 
 class Spherical(Model):
-    """What the items of the paper ask of the model."""
+    """What the items of the paper ask of the model; ``step`` [deg] of the grid of Figure 8."""
+
+    def __init__(self, load: Callable[[str], pm.Mechanism] = pm.load, step: float = 7.5) -> None:
+        super().__init__(load)
+        self.grid = np.arange(0.0, 90.1, step)
 
     @cached_property
     def mechanism(self) -> pm.Mechanism:

@@ -68,7 +68,7 @@ def counts(rows: Iterable[Row]) -> dict[str, int]:
 def counted(rows: Sequence[Row]) -> str:
     """How many rows have which verdict, in words."""
     parts = [f"{count} {verdict}" for verdict, count in counts(rows).items()]
-    return f"{len(rows)} items: " + ", ".join(parts)
+    return f"{len(rows)} items: " + "; ".join(parts)
 
 
 def table_markdown(table: PaperTable) -> str:
