@@ -214,14 +214,15 @@ class At(NamedTuple):
             (printed, right, true), note = noted(value(model))
             corrected, truth = both(right, true)
             off_right = largest(corrected - truth)
-            off, said = np.inf, "cannot be evaluated as printed"
+            off, said = np.inf, f"cannot be evaluated as {text}"
             if printed is not None:
                 off = largest(both(printed, true)[0] - truth)
-                said = with_unit(f"as printed: off by {off:.2g}", unit)
+                said = with_unit(f"as {text}: off by {off:.2g}", unit)
             size = with_unit(f"corrected: {small(off_right)}", unit)
             good, mended = off <= within.size, off_right <= within.size
             return Answer(said, with_unit(spread(truth), unit), size, good, mended, note)
 
+        text = "scanned" if scan else "printed"
         bad: Verdict = "damage of the scan" if scan else "erratum"
         return Item(*self, "formula", ask, allowance(within, unit), bad, **more)
 
