@@ -3,8 +3,8 @@ singularities."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from papers.antenna_model import (
     EXAMPLE,
     Antenna,
     Curves,
-    Geometry,
     determinant,
     outward,
     points,
@@ -30,14 +29,6 @@ MANY_1 = ((2, 3), (96.5, 96.5))
 MANY_2 = ((1, 2), (-155.0, 100.0))
 #: The singular pose as printed in (19) [deg]; alpha is 0.4 rad.
 PRINTED = ("22.9183", "-12.7512")
-
-
-# --------------------------------------------------------------------------------- structure
-
-
-def lengths(size: Geometry) -> Array:
-    """R, r, h, l1, l2 [mm]."""
-    return np.array(list(vars(size).values()))
 
 
 def azimuths(m: Antenna) -> Array:
@@ -71,9 +62,6 @@ def spherical_strut(m: Antenna) -> Finding:
         f"normal at home: singularities there: {', '.join(sorted(kinds)) or 'none'}"
     )
     return Finding(str(found.dof), found.dof == found.finite_dof == 3, note=note)
-
-
-# -------------------------------------------------------------------------- counts of solutions
 
 
 def inverse_solutions(m: Antenna) -> Finding:
@@ -125,9 +113,6 @@ def meeting_point(m: Antenna) -> Finding:
     return Finding(shown, bool(apart[level] < 1e-9 and at_home and alone > 0.1), note=note)
 
 
-# ------------------------------------------------------------------------------- singularities
-
-
 def singular_pose(m: Antenna) -> Noted:
     """α and β [deg] where the determinant of drive 12 vanishes."""
     found = pm.singularity(m.singular, drive="12")
@@ -148,11 +133,6 @@ def determinant_12(m: Antenna) -> Finding:
     return Finding(shown, abs(exact) < 1.0 and abs(off) <= 0.5e-4, note=note)
 
 
-def arm_angles(m: Antenna) -> Array:
-    """(21): θ [deg] at the singular pose."""
-    return np.rad2deg(list(m.singular.actuators.values()))
-
-
 def held_arm(m: Antenna) -> Finding:
     """Whose motion (20) is: that of arm 2 driving, arm 1 held."""
     _, right, one = formulas.uncontrolled_axis(m)
@@ -161,15 +141,9 @@ def held_arm(m: Antenna) -> Finding:
     return Finding(shown, off[0] < 1e-9)
 
 
-@dataclass(frozen=True)
-class Meeting:
-    """Where the axis of the uncontrolled motion passes a rod's line C_iB_i.
-
-    Attributes:
-        distance: of the two lines [mm].
-        along: where on the rod's line, 0 at C_i, 1 at B_i.
-        point: that point (3,) [mm].
-    """
+class Meeting(NamedTuple):
+    """Where the axis of the uncontrolled motion passes a rod's line C_iB_i: distance of the two
+    lines [mm], place on the rod's line (0 at C_i, 1 at B_i), that point (3,) [mm]."""
 
     distance: float
     along: float
@@ -204,11 +178,6 @@ def kinds(m: Antenna) -> Finding:
     """What singularity the pose is."""
     found = pm.singularity(m.singular, drive="12").kinds
     return Finding(", ".join(sorted(found)), found == frozenset({"type2"}))
-
-
-def other_determinants(m: Antenna) -> Array:
-    """(23) [mm⁴]."""
-    return np.array([determinant(m.singular, 2, 3), determinant(m.singular, 3, 1)])
 
 
 def removed(m: Antenna) -> Finding:

@@ -197,9 +197,6 @@ def unit(rows: Array) -> Array:
     return rows / np.linalg.norm(rows, axis=1)[:, None]
 
 
-# ------------------------------------------------------------------------------------ errors
-
-
 def pointing_changes(m: Antenna) -> Pair:
     """(25): change of the pointing direction per Δα, Δβ, three directions."""
     ca, sa, cb, sb = trigonometry(m)

@@ -7,9 +7,9 @@ model, ``mechanism.model``, with no state.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -38,8 +38,7 @@ def mode(sign: int) -> dict[str, int]:
     return dict.fromkeys(ARMS, sign)
 
 
-@dataclass(frozen=True)
-class Geometry:
+class Geometry(NamedTuple):
     """The five lengths [mm], read back from a closed state of the model."""
 
     R: float
@@ -132,8 +131,9 @@ class Antenna(Model):
     @cached_property
     def longer(self) -> pm.Mechanism:
         """The first platform with rods longer by LONGER."""
-        lengths = {name: 1e-3 * value for name, value in vars(self.size).items()}
-        return pm.designs.antenna_3rsu(**(lengths | {"l2": lengths["l2"] + LONGER}))
+        lengths = {name: 1e-3 * value for name, value in self.size._asdict().items()}
+        lengths["l2"] += LONGER
+        return pm.designs.antenna_3rsu(**lengths)
 
     @cached_property
     def states(self) -> list[pm.ClosedState]:
@@ -183,17 +183,9 @@ class Antenna(Model):
         )
 
 
-# ------------------------------------------------------------------- the curves of single arms
-
-
-@dataclass(frozen=True)
-class Solutions:
-    """The intersections of the curves of two arms.
-
-    Attributes:
-        crossings: (n, 2) alpha and beta [rad] at which both loops close.
-        states: closed states of the whole mechanism, third arm included, at those that have one.
-    """
+class Solutions(NamedTuple):
+    """(n, 2) alpha and beta [rad] at which the loops of two arms close, and the closed states of
+    the whole mechanism, third arm included, at those that have one."""
 
     crossings: Array
     states: list[pm.ClosedState]

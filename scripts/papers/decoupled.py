@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+import pinmech as pm
 from papers import decoupled_findings as found
-from papers.decoupled_model import ANGLES, Decoupled
+from papers.decoupled_model import ANGLES, Decoupled, axes, forces, inputs, outputs
 from papers.items import At, Item, Paper, Within, rounding
 from papers.verdict import Verdict
 
@@ -19,7 +22,12 @@ STRUCTURE: tuple[Item[Decoupled], ...] = (
         "m = e", "mm", rounding(1e-9), found.crank_length, good=BUILT
     ),
     At("alpha", "Fig. 2", "angle α between the axes R1 and R2").number(
-        ("90",), "deg", found.right_angle, rounding(1e-9), why="printed as π/2", good=BUILT
+        ("90",),
+        "deg",
+        lambda m: np.rad2deg(np.arccos(np.dot(*axes(m.slider.home)))),
+        rounding(1e-9),
+        why="printed as π/2",
+        good=BUILT,
     ),
     At("dofpf", "Fig. 2", "mobility of decoupled_pf").statement(
         "2 degrees of freedom", lambda m: found.freedoms(m.slider)
@@ -46,7 +54,7 @@ MAPPING: tuple[Item[Decoupled], ...] = (
         "decoupled",
         "",
         rounding(1e-9),
-        found.off_diagonal,
+        lambda m: [pm.inverse_jacobian(s)[[0, 1], [1, 0]] for s in (*m.slides, *m.turns)],
         why="off-diagonal terms of the inverse Jacobians, both mechanisms",
     ),
     At("eq3", "eqs (2), (3)", "input rates per output rate (J⁻¹)").erratum(
@@ -58,7 +66,9 @@ MAPPING: tuple[Item[Decoupled], ...] = (
     At("eq5", "eq. (5)", "m sin q2 = e sin θ2 for m = 80 and 120 mm").formula(
         "mm", rounding(1e-7), found.other_cranks
     ),
-    At("eq6", "eq. (6)", "q1 = θ1, q2 = θ2 for m = e").formula("deg", FLATTENS, found.same_angles),
+    At("eq6", "eq. (6)", "q1 = θ1, q2 = θ2 for m = e").formula(
+        "deg", FLATTENS, lambda m: np.rad2deg([outputs(m.turns), inputs(m.turns)])
+    ),
     At("eq7", "eq. (7)", "height z of the flat pair, from q2 and from θ2").formula(
         "mm", FLATTENS, found.heights
     ),
@@ -74,7 +84,7 @@ STATICS: tuple[Item[Decoupled], ...] = (
     At("eq4", "eq. (4)", "f2 for T2 = 1 N·m, with the corrected J").formula(
         "N",
         rounding(1e-6),
-        found.slider_force,
+        lambda m: (1.0 / (m.e * np.cos(np.deg2rad(ANGLES))), forces(m.slider, ANGLES)[0]),
         why="inverse dynamics without weight; with J as printed it would be e cosθ2",
     ),
     At("fig3", "Fig. 3", "input force for T = 1 N·m, e = 100 mm").statement(

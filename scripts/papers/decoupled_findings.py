@@ -31,20 +31,11 @@ Triple = tuple[Array, Array, Array]
 CRANKS = (0.080, 0.120)
 
 
-# --------------------------------------------------------------------------------- structure
-
-
 def crank_length(m: Decoupled) -> Noted:
     """m - e of the second mechanism [mm]."""
     home, e = m.crank.home, arm_of_r3(m.crank, "platform_r3")
     length = np.linalg.norm(home.frame("riser").translation - home.frame("crank").translation)
     return Noted(1e3 * (length - e), f"m = {1e3 * length:.6g} mm, e = {1e3 * e:.6g} mm")
-
-
-def right_angle(m: Decoupled) -> float:
-    """Angle between R1 and R2 [deg]."""
-    one, two = axes(m.slider.home)
-    return float(np.rad2deg(np.arccos(np.clip(one @ two, -1.0, 1.0))))
 
 
 def freedoms(mechanism: pm.Mechanism) -> Finding:
@@ -81,19 +72,10 @@ def bars_parallel(m: Decoupled) -> Array:
     return np.array(out)
 
 
-# ----------------------------------------------------------------------------------- mapping
-
-
 def mapping(m: Decoupled) -> Pair:
     """(1): q1, q2."""
     one, two = outputs(m.slides).T
     return np.column_stack([one, m.e * np.sin(two)]), inputs(m.slides)
-
-
-def off_diagonal(m: Decoupled) -> Array:
-    """Terms of the inverse Jacobians that should vanish, both mechanisms."""
-    jacobians = np.array([pm.inverse_jacobian(state) for state in (*m.slides, *m.turns)])
-    return jacobians[:, [0, 1], [1, 0]]
 
 
 def jacobian(m: Decoupled) -> Triple:
@@ -112,11 +94,6 @@ def other_cranks(m: Decoupled) -> Pair:
         printed += list(1e3 * length * np.sin(inputs(states)[:, 1]))
         model += list(1e3 * m.e * np.sin(outputs(states)[:, 1]))
     return np.array(printed), np.array(model)
-
-
-def same_angles(m: Decoupled) -> Pair:
-    """(6) [deg]."""
-    return np.rad2deg(outputs(m.turns)), np.rad2deg(inputs(m.turns))
 
 
 def heights(m: Decoupled) -> Pair:
@@ -149,14 +126,6 @@ def one_to_one(m: Decoupled) -> Finding:
     note = f"θ2 = 140 deg closes at the inputs of 40 deg, to {small(again)} (rad, m)"
     shown = f"q2 grows by at least {1e3 * grows:.2g} mm per step of 4.45 deg"
     return Finding(shown, grows > 0.0, note=note)
-
-
-# ----------------------------------------------------------------------------------- statics
-
-
-def slider_force(m: Decoupled) -> Pair:
-    """(4): f2 [N] for T2 = 1 N·m."""
-    return 1.0 / (m.e * np.cos(np.deg2rad(ANGLES))), forces(m.slider, ANGLES)[0]
 
 
 def force_rises(m: Decoupled) -> Finding:
@@ -206,9 +175,6 @@ def friction_limits(m: Decoupled) -> Noted:
     model = np.array([limit(rho) for rho in RADII])
     shown = ", ".join(f"{a:.4f} / {b:.4f}" for a, b in zip(printed, model, strict=True))
     return Noted((printed, right, model), f"printed / exact: {shown} deg")
-
-
-# --------------------------------------------------------------------------------- workspace
 
 
 def latitude(m: Decoupled) -> Finding:

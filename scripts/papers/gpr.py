@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from papers import gpr_findings as found
-from papers.gpr_model import Gimbal
+from papers.gpr_model import SLIDERS, Gimbal, closure_values, rod_tips, spans
 from papers.items import At, Item, Paper, Within, rounding
 from papers.verdict import Verdict
 
@@ -65,7 +67,7 @@ MOBILITY: tuple[Item[Gimbal], ...] = (
     At("rank9", "section 3", "rank of dΦ/dP at q1 = q2 = q3, and h = 12 - rank").number(
         ("9", "3"),
         "",
-        found.rank_level,
+        lambda m: found.rank_and_h(m.ideal.home),
         EXACT,
         why="at home of the ideal mechanism; h = 9 - rank of the closure Jacobian out of Pinocchio",
     ),
@@ -83,7 +85,7 @@ MOBILITY: tuple[Item[Gimbal], ...] = (
         "always 0",
         "",
         Within(found.RANK, "the closure tolerance is 1e-10"),
-        found.last_value,
+        lambda m: [closure_values(s, SLIDERS)[8] for s in (m.mechanism.home, m.near, *m.states)],
         why="the smallest of the closure Jacobian out of Pinocchio, sliders locked: level, beside "
         "it and four tilts",
     ),
@@ -102,7 +104,11 @@ MOBILITY: tuple[Item[Gimbal], ...] = (
 
 KINEMATICS: tuple[Item[Gimbal], ...] = (
     At("y0", "section 5", "L/R at level: √3").formula(
-        "", rounding(1e-9), found.level_spans, why="the joints stand at 120 deg", good=BUILT
+        "",
+        rounding(1e-9),
+        lambda m: (np.full(3, np.sqrt(3.0)), spans(rod_tips(m.mechanism.home)) / m.radius),
+        why="the joints stand at 120 deg",
+        good=BUILT,
     ),
     At("eq8", "eqs (7), (8)", "L² from X at four tilts").formula(
         "mm²",
@@ -113,13 +119,13 @@ KINEMATICS: tuple[Item[Gimbal], ...] = (
     At("eq9", "eq. (9)", "rates of X from those of Y, four tilts").erratum(
         "mm/rad",
         DIFFERENCES,
-        found.arm_rates,
+        lambda m: (None, *found.rates_9_10(m)[0]),
         scan=True,
         why="the number (9) and the factor dY/dt are gone from the end of the line; with it the "
         "formula holds",
     ),
     At("eq10", "eq. (10)", "rates of Y from those of X, four tilts").formula(
-        "mm/rad", DIFFERENCES, found.span_rates
+        "mm/rad", DIFFERENCES, lambda m: found.rates_9_10(m)[1]
     ),
     At("eq11", "eq. (11)", "centre of the platform, four tilts").formula(
         "mm", rounding(1e-8), found.centre
@@ -204,8 +210,13 @@ SIMULATIONS: tuple[Item[Gimbal], ...] = (
         why='"less than 30" in the English text, "about 30" in the Bulgarian summary',
         figure="gpr_fig7.png",
     ),
-    At("fig7z", "Fig. 7", "vertical deviation dz in the same motions").statement(
-        "less than 2 µm", found.vertical, assumption=RADIUS, good=CIRCULAR
+    At("fig7z", "Fig. 7", "vertical deviation dz in the same motions").gap(
+        "less than 2 µm",
+        "µm",
+        Within(2.0, "as printed"),
+        lambda m: found.largest_deviations(m)[2],
+        assumption=RADIUS,
+        good=CIRCULAR,
     ),
 )
 

@@ -32,16 +32,12 @@ from papers.show import small
 
 Array = np.ndarray
 Pair = tuple[Array, Array]
-Triple = tuple[Array | None, Array, Array]
 
 #: Scaled singular values of the closure Jacobian up to which a rank counts them as zero: above
 #: the closure tolerance, below what a micrometre away from level leaves.
 RANK = 1e-8
 #: What rounding leaves of a quantity that is zero [mm].
 RESIDUE = 1e-9
-
-
-# --------------------------------------------------------------------------------- structure
 
 
 def stroke(m: Gimbal) -> float:
@@ -55,9 +51,6 @@ def tilts(m: Gimbal) -> Finding:
     poses = [(a, b) for a in (-2.0, 0.0, 2.0) for b in (-2.0, 0.0, 2.0)]
     reached = [pm.inverse(m.mechanism, [0.3, *np.deg2rad(pose)]).success for pose in poses]
     return Finding(f"{sum(reached)} of {len(reached)} tilts up to ±2 deg close", all(reached))
-
-
-# ------------------------------------------------------------------------------------ mobility
 
 
 def along_motions(m: Gimbal) -> tuple[Array, Array, Array]:
@@ -89,34 +82,22 @@ def span_values(m: Gimbal) -> Finding:
     return Finding(shown, bool(sizes.min() > 1.0 and change < 0.01), note=note)
 
 
-def rank_and_h(values: Array) -> tuple[int, int]:
+def rank_and_h(state: pm.ClosedState) -> tuple[int, int]:
     """Rank of dΦ/dP and h = 12 - rank, from the singular values of the closure Jacobian without
     sliders: its nine columns are the freedoms of rods and platform, so h = 9 - rank."""
-    h = len(values) - int((values > RANK).sum())
+    h = 9 - int((closure_values(state, SLIDERS) > RANK).sum())
     return 12 - h, h
-
-
-def rank_level(m: Gimbal) -> tuple[int, int]:
-    """At home of the ideal mechanism."""
-    return rank_and_h(closure_values(m.ideal.home, SLIDERS))
 
 
 def rank_elsewhere(m: Gimbal) -> Noted:
     """At closed states of the augmented mechanism."""
-    found = [rank_and_h(closure_values(state, SLIDERS)) for state in (m.near, *m.states)]
-    ranks, freedoms = zip(*found, strict=True)
+    ranks, freedoms = zip(*map(rank_and_h, (m.near, *m.states)), strict=True)
     eighth = closure_values(m.near, SLIDERS)[7]
     note = (
         "at closed states of the augmented mechanism with its sliders locked (the ideal one does "
         f"not close there), from 1 µm away (eighth singular value {eighth:.1g}) to 9 deg of tilt"
     )
     return Noted((min(ranks), max(freedoms)), note)
-
-
-def last_value(m: Gimbal) -> Array:
-    """The singular value that is always zero, dimensionless."""
-    states = (m.mechanism.home, m.near, *m.states)
-    return np.array([closure_values(state, SLIDERS)[8] for state in states])
 
 
 def rank_augmented(m: Gimbal) -> tuple[int, int]:
@@ -146,14 +127,6 @@ def augmented_freedoms(m: Gimbal) -> Finding:
     return Finding(shown, found.dof == found.finite_dof == 3, note=note)
 
 
-# ---------------------------------------------------------------------------------- kinematics
-
-
-def level_spans(m: Gimbal) -> Pair:
-    """L/R at level."""
-    return np.full(3, np.sqrt(3.0)), spans(rod_tips(m.mechanism.home)) / m.radius
-
-
 def cosine_law(m: Gimbal) -> Pair:
     """(8): the right sides, and L² [mm²]."""
     x = [arms(state) for state in m.states]
@@ -161,26 +134,19 @@ def cosine_law(m: Gimbal) -> Pair:
     return np.array(printed), np.array([spans(t) ** 2 for t in m.tips])
 
 
-def rates_9_10(m: Gimbal) -> tuple[Array, Array]:
+def rates_9_10(m: Gimbal) -> tuple[Pair, Pair]:
     """(9) with its last factor, and (10) [mm/rad]: rates of X from those of Y, and back."""
     nine, ten = [], []
     for state, tips, moved in zip(m.states, m.tips, m.rates, strict=True):
-        x, y = arms(state), spans(tips)
-        by_x = 2.0 * np.diag(y) @ y_by_x(x, y)  # ∂F/∂X as printed: rows 2 l_a + l_b, 2 l_b + l_a
+        y = spans(tips)
+        by_x = (
+            2.0 * np.diag(y) @ y_by_x(arms(state), y)
+        )  # ∂F/∂X as printed: rows 2 l_a + l_b, 2 l_b + l_a
         by_y = -2.0 * np.diag(y)
         nine.append(-np.linalg.solve(by_x, by_y) @ moved.y)
         ten.append(-np.linalg.solve(by_y, by_x) @ moved.x)
-    return np.array(nine), np.array(ten)
-
-
-def arm_rates(m: Gimbal) -> Triple:
-    """(9)."""
-    return None, rates_9_10(m)[0], np.array([moved.x for moved in m.rates])
-
-
-def span_rates(m: Gimbal) -> Pair:
-    """(10)."""
-    return rates_9_10(m)[1], np.array([moved.y for moved in m.rates])
+    x, y = (np.array([getattr(moved, name) for moved in m.rates]) for name in "xy")
+    return (np.array(nine), x), (np.array(ten), y)
 
 
 def centre(m: Gimbal) -> Pair:
@@ -243,9 +209,6 @@ def shift(m: Gimbal) -> Finding:
     sizes = [float(np.hypot(*(1e6 * s.platform.translation[:2]))) for s in m.states]
     listed = ", ".join(f"{x:.0f}" for x in sizes)
     return Finding(f"{listed} µm at the four tilts", min(sizes) > 0.1)
-
-
-# ---------------------------------------------------------------------------------- simulations
 
 
 def lifted(m: Gimbal) -> float:
@@ -316,9 +279,3 @@ def sideways(m: Gimbal) -> Noted:
         "square of the tilt"
     )
     return Noted(largest_deviations(m)[:2].max(), note)
-
-
-def vertical(m: Gimbal) -> Finding:
-    """Largest dz."""
-    lift = largest_deviations(m)[2]
-    return Finding(f"{lift:.2f} µm", lift < 2.0)

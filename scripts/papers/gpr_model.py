@@ -7,8 +7,8 @@ rod equations of three components, then three squared distances.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -120,15 +120,10 @@ def y_by_x(x: Array, y: Array, sign: float = 1.0) -> Array:
     return sign * out
 
 
-@dataclass(frozen=True)
-class Rates:
-    """Rates per output rate (columns z, alpha, beta) at a state [mm/s per m/s or rad/s].
-
-    Attributes:
-        p: (12, 3) of P.
-        y: (3, 3) of Y, from central differences of closed states: no matrix of the paper is used.
-        x: (3, 3) of X, from the slider joints.
-    """
+class Rates(NamedTuple):
+    """Rates of P (12, 3), of Y (3, 3) from central differences of closed states (no matrix of the
+    paper is used) and of X (3, 3) from the slider joints, per output rate (columns z, alpha, beta)
+    [mm/s per m/s or rad/s]."""
 
     p: Array
     y: Array
@@ -179,8 +174,6 @@ def closure_values(state: pm.ClosedState, locked: Sequence[str] = ()) -> Array:
     k = (pm.closure_jacobian(state) * sizes)[:, keep]
     return np.linalg.svd(k, compute_uv=False) / mechanism.length
 
-
-# ------------------------------------------------------------------------------- Figures 5 and 6
 
 #: The paper's step: q3 (and with it the height of P3) moves by 10 mm.
 STEP = np.array([0.0, 0.0, 10.0, *[0.0] * 8, 10.0])

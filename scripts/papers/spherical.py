@@ -39,7 +39,7 @@ STRUCTURE: tuple[Item[Spherical], ...] = (
         "no translation",
         "mm",
         rounding(1e-7),
-        found.centre,
+        lambda m: [1e3 * state.platform.translation for state in m.states],
         why="eight configurations of Table 1",
     ),
     At("skew", "architecture", "the lines A_iB_i may meet at any angles").statement(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -35,15 +36,9 @@ def index(state: pm.ClosedState) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)  # compared, and cached, by identity
 class Panel:
-    """One panel of Figure 8 on the grid, s1 by rows, s2 by columns.
-
-    Attributes:
-        s3: of the panel [deg].
-        grid: of s1 and s2 [deg].
-        value: |det J⁻¹|; NaN at singular poses.
-        condition: condition number of J⁻¹; inf at singular poses.
-        margin: of the nearest parallelogram from flat [deg], negative where one is folded over.
-    """
+    """One panel of Figure 8 on the grid, s1 by rows, s2 by columns: s3 and the grid [deg],
+    |det J⁻¹| (NaN at singular poses), condition number of J⁻¹ (inf there), and how far the nearest
+    parallelogram is from flat [deg], negative where one is folded over."""
 
     s3: float
     grid: Array
@@ -143,16 +138,10 @@ def singular_poses(m: Spherical) -> Finding:
     return Finding(listed or "none on the grid", not bad, bool(bad), note)
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """Equal steps of all three cranks from home.
-
-    Attributes:
-        steps: crank angles from home [deg].
-        turned: rotation of the platform about (1, 1, 1) [deg].
-        off_axis: angle between the rotation vector and (1, 1, 1) [rad].
-        spot: how far the point at 1 m along the laser's axis has moved [m].
-    """
+class Experiment(NamedTuple):
+    """Equal steps of all three cranks from home [deg], rotation of the platform about (1, 1, 1)
+    [deg], what of the rotation vector is off it [rad], and how far the point at 1 m along the
+    laser's axis has moved [m]."""
 
     steps: Array
     turned: Array

@@ -26,9 +26,6 @@ Pair = tuple[Array, Array]
 Triple = tuple[Array, Array, Array]
 
 
-# --------------------------------------------------------------------------------- structure
-
-
 def lengths(m: Spherical) -> Noted:
     """r0 (cranks) and l0 (couplers) [mm]."""
     home = m.mechanism.home
@@ -69,11 +66,6 @@ def redundant_rows(m: Spherical) -> Finding:
     return Finding(shown, found.overconstraint == other.overconstraint > 0, note=note)
 
 
-def centre(m: Spherical) -> Array:
-    """How far the platform's centre is from O [mm]."""
-    return np.array([1e3 * state.platform.translation for state in m.states])
-
-
 def skew_lines(m: Spherical) -> Finding:
     """Limb lines that meet at other angles."""
     skew = pm.designs.spherical_3paur(lines=((0.1, 1.0, 0.2), (0.0, 0.15, 1.0), (1.0, 0.1, -0.2)))
@@ -81,9 +73,6 @@ def skew_lines(m: Spherical) -> Finding:
     off = float(np.linalg.norm(moved.platform.translation)) * 1e3
     dof = pm.mobility(moved).dof
     return Finding(f"{dof} freedoms, centre {small(off)} mm off", dof == 3 and off < 1e-7)
-
-
-# ------------------------------------------------------------------------------- screw systems
 
 
 def limb_twists(m: Spherical) -> Noted:
@@ -139,9 +128,6 @@ def common_forces(m: Spherical) -> Noted:
     off = float(np.abs(common(m.states[0])).max(axis=1).min())
     note = f"first row of Table 1: largest component down to {off:.3f}"
     return Noted((np.array([z, x, y]), np.eye(3), common(m.mechanism.home)), note)
-
-
-# ---------------------------------------------------------------------------------- positions
 
 
 def rotations(m: Spherical) -> Pair:
@@ -221,8 +207,6 @@ def crank_positions(m: Spherical) -> Finding:
     )
     return Finding(shown, low > 0.0 and high < 180.0)
 
-
-# ------------------------------------------------------------------------------------- rates
 
 #: Angular velocities of the platform that are tried, by rows [rad/s].
 OMEGA = np.vstack([np.eye(3), [0.3, -0.5, 0.7]])

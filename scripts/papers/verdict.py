@@ -53,19 +53,9 @@ def worse(now: Verdict, before: Verdict) -> bool:
 
 @dataclass(frozen=True)
 class Row:
-    """One judged number, table, figure or statement of a paper.
-
-    Attributes:
-        id: the paper's short name, the place and a running letter, e.g. ``antenna.eq21``.
-        place: where the paper prints it, e.g. ``eq. (21)``.
-        what: what it is.
-        published: as printed, with its unit.
-        value: out of the URDF model.
-        difference: largest difference, with unit; empty where there is nothing to subtract.
-        verdict: see :data:`MEANING`.
-        why: reason, tolerance, assumption, correction.
-        figure: file name of our picture, or empty.
-    """
+    """One judged number, table, figure or statement of a paper: id (``antenna.eq21``), place
+    (``eq. (21)``), what it is, as printed, out of the URDF model, largest difference (each with
+    its unit), verdict, why (reason, tolerance, assumption, correction), name of our picture."""
 
     id: str
     place: str
