@@ -10,15 +10,7 @@ import numpy as np
 
 import pinmech as pm
 from papers import antenna_formulas as formulas
-from papers.antenna_model import (
-    ARMS,
-    EXAMPLE,
-    Antenna,
-    Curves,
-    determinant,
-    outward,
-    points,
-)
+from papers.antenna_model import ARMS, EXAMPLE, Antenna, Curves, determinant, outward, points
 from papers.items import Finding, Noted, free_axis
 from papers.show import small
 

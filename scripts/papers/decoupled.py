@@ -97,9 +97,7 @@ STATICS: tuple[Item[Decoupled], ...] = (
         "infinite", found.force_unbounded, why="the slider cannot hold θ2 there"
     ),
     At("smaller", "section 3", "the parallelogram needs much smaller actuators").statement(
-        "much smaller",
-        found.smaller_actuators,
-        assumption="the crank's torque alone is meant",
+        "much smaller", found.smaller_actuators, assumption="the crank's torque alone is meant"
     ),
     At("eq10", "eqs (9), (10)", "lever h = M/Q of the force on R3 about R2").erratum(
         "mm",

@@ -88,10 +88,7 @@ KINEMATICS: tuple[Item[Spherical], ...] = (
         why="the sign is opposite to (11), which is right: turn by -π/2",
     ),
     At("eq11", "eq. (11)", "directions v_i, eight configurations").formula(
-        "",
-        rounding(1e-10),
-        lambda m: found.second_axes(m)[1:],
-        why="the model's: from U_i to O",
+        "", rounding(1e-10), lambda m: found.second_axes(m)[1:], why="the model's: from U_i to O"
     ),
     At("eq12", "eq. (12)", "angles φ_i, eight configurations").formula(
         "deg", rounding(1e-8), found.crank_angles
@@ -158,9 +155,7 @@ SINGULARITIES: tuple[Item[Spherical], ...] = (
         why="rotations about u_i and v_i",
     ),
     At("eq20s", "eqs (20), (21)", "names of the systems").misprint(
-        "S1 twice in (20)",
-        "the second is S2; those of (21) are twists",
-        "(5) and (6) name them",
+        "S1 twice in (20)", "the second is S2; those of (21) are twists", "(5) and (6) name them"
     ),
     At("fig5", "Fig. 5", "at w1 = u1 the platform turns freely about w1").statement(
         "not controllable", singular.free_turn

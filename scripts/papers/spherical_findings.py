@@ -233,13 +233,7 @@ def axis_rates(m: Spherical) -> Pair:
 def crank_rates(m: Spherical) -> Pair:
     """(13): crank rates from the rates of w_i."""
     c, s, zero = np.cos(m.angles), np.sin(m.angles), np.zeros(len(m.states))
-    lines = np.array(
-        [
-            [zero, c[:, 0], s[:, 0]],
-            [s[:, 1], zero, c[:, 1]],
-            [c[:, 2], s[:, 2], zero],
-        ]
-    )
+    lines = np.array([[zero, c[:, 0], s[:, 0]], [s[:, 1], zero, c[:, 1]], [c[:, 2], s[:, 2], zero]])
     printed = np.einsum("kin,noki->nok", lines, axis_rates(m)[1]) / below(m)[:, None]
     driven = [OMEGA @ pm.inverse_jacobian(state).T for state in m.states]
     return printed, np.array(driven)
