@@ -279,3 +279,9 @@ def sideways(m: Gimbal) -> Noted:
         "square of the tilt"
     )
     return Noted(largest_deviations(m)[:2].max(), note)
+
+
+def vertical(m: Gimbal) -> Finding:
+    """Largest dz."""
+    lift = largest_deviations(m)[2]
+    return Finding(f"{lift:.2f} µm", lift < 2.0)

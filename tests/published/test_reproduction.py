@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from papers import MEANING, VERDICTS, Paper, Reproduction, read_verdicts, reproduce, worse
+from papers import MEANING, VERDICTS, Paper, Reproduction, Verdict, read_verdicts, reproduce, worse
 from papers.tables import counts
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -16,7 +16,7 @@ COMMITTED = ROOT / "docs" / "reproduction"
 UPDATE = "run: python scripts/reproduce_papers.py --commit"
 
 
-def committed() -> dict[str, str]:
+def committed() -> dict[str, Verdict]:
     return read_verdicts((COMMITTED / "verdicts.csv").read_text("utf-8"))
 
 

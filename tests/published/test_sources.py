@@ -34,7 +34,8 @@ def test_coefficients_are_derivatives_of_the_loop_functions() -> None:
             by_arm = (model.loops(pose, theta + d) - model.loops(pose, theta - d)) / (2 * step)
             assert rows[k, 2] == pytest.approx(by_arm[k], abs=1e-2)
             assert by_arm[1 - k] == 0.0
-    third = corrected_j3_alpha(geometry(state), 0.2, -0.15, state.actuators["arm3"])
+    alpha, beta, theta3 = np.array([[0.2], [-0.15], [state.actuators["arm3"]]])
+    third = corrected_j3_alpha(geometry(state), alpha, beta, theta3)[0]
     assert third == pytest.approx(coefficients(state)[2, 0], abs=1e-6)
 
 

@@ -109,7 +109,7 @@ def test_a_formula_is_compared_value_by_value() -> None:
 
 
 def test_remarks_of_the_model_come_first() -> None:
-    item = HERE.gap("zero", "", CLOSE, lambda _: Noted(0.0, "seen"), why="because")
+    item: Item[Any] = HERE.gap("zero", "", CLOSE, lambda _: Noted(0.0, "seen"), why="because")
     assert item.judge(None).why == "seen; because; tolerance 1e-06 (a test)"
 
 
@@ -176,9 +176,9 @@ def test_a_fault_of_the_code_is_not_a_verdict(fault: type[Exception]) -> None:
 def test_input_errors_of_the_package_are_verdicts() -> None:
     """They are ValueErrors too, but say that this model cannot be asked that."""
     assert issubclass(InputError, ValueError)
-    row = HERE.gap("zero", "", CLOSE, lambda _: pm.load("antenna_3rsu").home.frame("no")).judge(
-        None
-    )
+    home = pm.load("antenna_3rsu").home
+    item: Item[Any] = HERE.gap("zero", "", CLOSE, lambda _: home.frame("no"))
+    row = item.judge(None)
     assert row.verdict == "not reproducible"
     assert row.why.startswith("UnknownNameError: ")
 
