@@ -14,7 +14,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from papers import Reproduction, read_verdicts, reproduce, worse
+from papers import Reproduction, Verdict, read_verdicts, reproduce, worse
+from papers.tables import counted
 
 from pinmech.errors import PinmechError
 
@@ -30,14 +31,10 @@ def report(done: int, total: int, name: str) -> None:
 
 def summary(found: Reproduction) -> str:
     """How many items of each paper have which verdict."""
-    lines = []
-    for table in found.tables:
-        counted = ", ".join(f"{n} {verdict}" for verdict, n in found.counts(table.name).items())
-        lines.append(f"{table.name}: {len(table.items)} items: {counted}")
-    return "\n".join(lines)
+    return "\n".join(f"{table.name}: {counted(table.rows)}" for table in found.tables)
 
 
-def regressions(found: Reproduction, before: dict[str, str]) -> list[str]:
+def regressions(found: Reproduction, before: dict[str, Verdict]) -> list[str]:
     """What got worse, is gone, or is not in the committed list."""
     now = found.verdicts
     lines = [f"{name}: was {old!r}, is gone" for name, old in before.items() if name not in now]

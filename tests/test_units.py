@@ -30,9 +30,6 @@ def test_the_units_of_both() -> None:
     }
 
 
-def test_true_is_an_angle() -> None:
-
-
 def test_every_quantity_has_its_units_in_the_table() -> None:
     for quantity in Quantity:
         assert UNITS[quantity.unit] == (quantity, 1.0)

@@ -119,7 +119,9 @@ class Linear:
         loose = found.basis @ self.loose
         distance = self.smallest(self.outputs, np.hstack([found.idle, loose]))
         count = basis.shape[1]
-        if distance <= SINGULAR:
+        # The rank of the closures and this distance have thresholds of their own: next to a
+        # singularity one may see it before the other.
+        if distance <= SINGULAR or count > len(structure.outputs):
             names = ", ".join(structure.outputs)
             raise SingularError(
                 "type1",

@@ -1,23 +1,25 @@
 """The papers' numbers from the URDF models: :func:`reproduce` writes tables and figures.
 
-Beside :mod:`pinmech.show`, above the analyses; matplotlib is imported only when figures are drawn.
+For each paper ``<name>.py`` holds its items as data, ``<name>_*.py`` what they ask of the model,
+``<name>_figures.py`` its pictures; matplotlib is imported only when pictures are drawn.
 """
 
 from __future__ import annotations
 
-from papers.papertable import PaperTable
+from papers.items import Paper
 from papers.reproduction import PAPERS, Progress, Reproduction, reproduce
-from papers.tables import read_verdicts
-from papers.verdict import MEANING, VERDICTS, Item, Verdict, worse
+from papers.tables import PaperTable, read_verdicts
+from papers.verdict import MEANING, VERDICTS, Row, Verdict, worse
 
 __all__ = [
     "MEANING",
     "PAPERS",
     "VERDICTS",
-    "Item",
+    "Paper",
     "PaperTable",
     "Progress",
     "Reproduction",
+    "Row",
     "Verdict",
     "read_verdicts",
     "reproduce",

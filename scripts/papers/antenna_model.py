@@ -1,4 +1,4 @@
-"""Points and loop functions of the antenna mechanism, read from its URDF model.
+"""Points, loop functions and poses of the antenna mechanism, read from its URDF model.
 
 The paper's loop functions F_i = |B_i - C_i|² - l2² and their derivatives, in mm² and rad. Where a
 loop is left open on purpose (the curves of one arm alone), the points come from the tree of the
@@ -7,24 +7,38 @@ model, ``mechanism.model``, with no state.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+from scipy.optimize import root
 
 import pinmech as pm
+from papers.items import Model, NotFoundError, root_between
 
 Array = np.ndarray
 
+ARMS = ("arm1", "arm2", "arm3")
 #: Poses (alpha, beta) [deg] at which formulas are compared: inside the workspace, in general
 #: position.
 POSES = ((5.0, -8.0), (12.0, 7.0), (-14.0, 3.0), (-6.0, -13.0), (16.0, -5.0), (9.5, 14.0))
+#: The paper's example of forward kinematics [deg].
+EXAMPLE = (30.0, 60.0)
+#: Figures 6 and 7: alpha and beta go together from -15 to 15 deg at 1 deg/s.
+SWEEP = np.deg2rad(np.linspace(-15.0, 15.0, 121))
+SWEEP_RATE = np.deg2rad(1.0)
+#: How much longer the rods of the second model are [m].
+LONGER = 1e-6
 
 
-@dataclass(frozen=True)
-class Geometry:
+def mode(sign: int) -> dict[str, int]:
+    """The working mode in which all arms are as at home (1), or all on their other branch (-1)."""
+    return dict.fromkeys(ARMS, sign)
+
+
+class Geometry(NamedTuple):
     """The five lengths [mm], read back from a closed state of the model."""
 
     R: float
@@ -45,7 +59,7 @@ def geometry(state: pm.ClosedState) -> Geometry:
         "l2": np.linalg.norm(b - c, axis=1),
     }
     if max(float(np.ptp(values)) for values in sizes.values()) > 1e-6:
-        raise ValueError("the three arms of the model differ")
+        raise NotFoundError("the three arms of the model differ")
     means = {name: float(values.mean()) for name, values in sizes.items()}
     return Geometry(h=float(np.linalg.norm(o1)), **means)
 
@@ -63,6 +77,11 @@ def outward(state: pm.ClosedState) -> Array:
     """Unit vectors u_i from O to A_i, (3, 3)."""
     a = points(state)[0]
     return a / np.linalg.norm(a, axis=1)[:, None]
+
+
+def turning(state: pm.ClosedState) -> Array:
+    """Angular velocity of the platform per output rate, (3, 2), base axes."""
+    return pm.frame_jacobian(state, "platform")[3:]
 
 
 def coefficients(state: pm.ClosedState) -> Array:
@@ -86,114 +105,169 @@ def determinant(state: pm.ClosedState, first: int, second: int) -> float:
     return float(rows[0, 0] * rows[1, 1] - rows[0, 1] * rows[1, 0])
 
 
-def crossing(line: tuple[Array, Array], other: tuple[Array, Array]) -> tuple[float, float]:
-    """Distance of two lines (point, direction) [mm], and where along the second the foot lies, in
-    lengths of its direction."""
-    (p, d), (q, e) = line, other
-    normal = np.cross(d, e)
-    foot = float(np.dot(np.cross(p - q, d), np.cross(e, d)) / (np.cross(e, d) @ np.cross(e, d)))
-    return float(abs((q - p) @ normal) / np.linalg.norm(normal)), foot
+class Antenna(Model):
+    """What the items of the paper ask of the model."""
 
+    @cached_property
+    def mechanism(self) -> pm.Mechanism:
+        """The platform of Table 1."""
+        return self.load("antenna_3rsu")
 
-class OpenArms:
-    """Loop functions with the loops open: F_i of (alpha, beta) at a given theta_i."""
+    @cached_property
+    def wide(self) -> pm.Mechanism:
+        """The platform of Table 2."""
+        return self.load("antenna_3rsu_wide")
 
-    def __init__(self, mechanism: pm.Mechanism) -> None:
-        self.mechanism = mechanism
-        self._data = mechanism.model.createData()
-        self.size = geometry(mechanism.home)
+    @cached_property
+    def three(self) -> pm.Mechanism:
+        """With a spherical joint on the strut."""
+        return self.load("antenna_3rsu_s")
 
-    def _place(self, values: dict[str, float], frame: str) -> pin.SE3:
-        mechanism = self.mechanism
-        q = np.zeros(mechanism.model.nq)
-        for joint, value in values.items():
-            q[mechanism.coordinate(joint)] = value
-        pin.forwardKinematics(mechanism.model, self._data, q)
-        found = mechanism.frames[frame]
-        return self._data.oMi[found.joint] * found.placement
+    @cached_property
+    def size(self) -> Geometry:
+        """The lengths of the first platform."""
+        return geometry(self.mechanism.home)
 
-    def b(self, arm: int, alpha: float, beta: float) -> Array:
-        """B_i (3,) [mm]."""
-        place = self._place({"alpha": alpha, "beta": beta}, f"rod{arm}")
-        return place.translation * 1e3
+    @cached_property
+    def longer(self) -> pm.Mechanism:
+        """The first platform with rods longer by LONGER."""
+        lengths = {name: 1e-3 * value for name, value in self.size._asdict().items()}
+        lengths["l2"] += LONGER
+        return pm.designs.antenna_3rsu(**lengths)
 
-    def c(self, arm: int, theta: float) -> Array:
-        """C_i (3,) [mm]."""
-        return self._place({f"arm{arm}": theta}, f"arm{arm}_tip").translation * 1e3
+    @cached_property
+    def states(self) -> list[pm.ClosedState]:
+        """The closed states at POSES."""
+        return [pm.inverse(self.mechanism, np.deg2rad(pose)).unwrap() for pose in POSES]
 
-    def grid_b(self, arms: Sequence[int], angles: Array) -> Array:
-        """(arms, n, n, 3) B_i [mm] over alpha (rows) and beta (columns)."""
-        count = len(angles)
-        out = np.zeros((len(arms), count, count, 3))
-        local = [self.mechanism.frames[f"rod{arm}"] for arm in arms]
-        q = np.zeros(self.mechanism.model.nq)
-        first, second = (self.mechanism.coordinate(name) for name in ("alpha", "beta"))
-        for (j, alpha), (k, beta) in product(enumerate(angles), enumerate(angles)):
-            q[first], q[second] = alpha, beta
-            pin.forwardKinematics(self.mechanism.model, self._data, q)
-            for n, frame in enumerate(local):
-                out[n, j, k] = self._data.oMi[frame.joint].act(frame.placement.translation)
-        return out * 1e3
+    @cached_property
+    def pose(self) -> tuple[Array, Array]:
+        """Alpha and beta of the states, each (6,) [rad]."""
+        values = np.array([list(state.outputs.values()) for state in self.states])
+        return values[:, 0], values[:, 1]
 
-    def loop(self, arm: int, alpha: float, beta: float, theta: float) -> float:
-        """F_i [mm²]."""
-        gap = self.b(arm, alpha, beta) - self.c(arm, theta)
-        return float(gap @ gap) - self.size.l2**2
+    @cached_property
+    def theta(self) -> Array:
+        """(3, 6) arm angles of the states [rad], arms by rows."""
+        return np.array([[s.actuators[name] for s in self.states] for name in ARMS])
 
+    @cached_property
+    def slopes(self) -> Array:
+        """(6, 3, 3) the coefficients of (12) at the states."""
+        return np.array([coefficients(state) for state in self.states])
 
-# ------------------------------------------------------------------ the formulas, as printed
+    @cached_property
+    def singular(self) -> pm.ClosedState:
+        """The state at alpha = 0.4 rad where the determinant of drive 12 vanishes."""
 
+        def value(beta: float) -> float:
+            return determinant(pm.inverse(self.mechanism, [0.4, beta]).unwrap(), 1, 2)
 
-def printed_coefficients(g: Geometry, alpha: float, beta: float, theta: Array) -> Array:
-    """(3, 3) rows J_ialpha, J_ibeta, J_itheta of (13), (14), (15) as printed [mm²/rad]."""
-    ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
-    c, s = np.cos(theta), np.sin(theta)
-    root, r, h, l1 = np.sqrt(3.0), g.r, g.h, g.l1
-    far, low = g.R + l1 * c, h - l1 * s
-    one = (
-        2 * r * low[0] * sa * sb,
-        2 * r * (far[0] * sb - low[0] * ca * cb),
-        2 * l1 * ((-h + r * ca * sb) * c[0] - (g.R - r * cb) * s[0]),
-    )
-    rows = [one]
-    for k, sign in ((1, 1.0), (2, -1.0)):
-        rows.append(
-            (
-                # the sign of root·ca is printed alike in (14) and (15)
-                -r * low[k] * (sa * sb + root * ca)
-                + 0.5 * r * far[k] * (3 * sa - sign * root * ca * sb),
-                r * low[k] * ca * cb + 0.5 * r * far[k] * (sb - sign * root * sa * cb),
-                l1 * (-2 * h + sign * root * r * sa - r * ca * sb) * c[k]
-                - 0.5 * l1 * (4 * g.R - sign * root * r * sa * sb - 3 * r * ca - r * cb) * s[k],
-            )
+        beta = root_between(value, np.deg2rad(-13.5), np.deg2rad(-12.0))
+        return pm.inverse(self.mechanism, [0.4, beta]).unwrap()
+
+    @cached_property
+    def example(self) -> Solutions:
+        """Forward solutions of the paper's example."""
+        return Curves(self.mechanism).solve(EXAMPLE)
+
+    @cached_property
+    def sweeps(self) -> tuple[pm.PosePath, pm.PosePath]:
+        """Figure 6: the arm angles along α = β on both branches."""
+        outputs = np.column_stack([SWEEP, SWEEP])
+        other = mode(-1)
+        start = pm.inverse(self.mechanism, outputs[0], mode=other, limits=False).unwrap()
+        return (
+            pm.inverse_path(self.mechanism, outputs, limits=False),
+            pm.inverse_path(self.mechanism, outputs, guess=start, mode=other, limits=False),
         )
-    return np.array(rows)
 
 
-def corrected_j3_alpha(g: Geometry, alpha: float, beta: float, theta3: float) -> float:
-    """J_3alpha with (s_alpha s_beta - √3 c_alpha) in its first term [mm²/rad]."""
-    ca, sa, sb = np.cos(alpha), np.sin(alpha), np.sin(beta)
-    far, low, root = g.R + g.l1 * np.cos(theta3), g.h - g.l1 * np.sin(theta3), np.sqrt(3.0)
-    first = -g.r * low * (sa * sb - root * ca)
-    return float(first + 0.5 * g.r * far * (3 * sa + root * ca * sb))
+class Solutions(NamedTuple):
+    """(n, 2) alpha and beta [rad] at which the loops of two arms close, and the closed states of
+    the whole mechanism, third arm included, at those that have one."""
+
+    crossings: Array
+    states: list[pm.ClosedState]
 
 
-def q_terms(g: Geometry, theta1: float) -> tuple[float, float, float]:
-    """q_11, q_12, q_13 of (9) [mm²]."""
-    c, s = np.cos(theta1), np.sin(theta1)
-    return (
-        float(-2 * g.r * (g.R + g.l1 * c)),
-        float(2 * g.r * (-g.h + g.l1 * s)),
-        float(g.R**2 + g.r**2 + g.h**2 + g.l1**2 - g.l2**2 - 2 * g.l1 * (g.h * s - g.R * c)),
-    )
+class Curves:
+    """The curves F_i = 0 of two arms over (alpha, beta), from the open tree of the model.
 
+    Args:
+        mechanism: the antenna.
+        arms: their numbers.
+        step: of the grid over a whole turn of alpha and beta [deg].
+    """
 
-def axis_20(g: Geometry, alpha: float, beta: float, theta1: float, *, scanned: bool) -> Array:
-    """(3,) direction of (20): as scanned (letters lost), or completed; unit length."""
-    ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
-    ratio = (g.R + g.l1 * np.cos(theta1)) / (g.h - g.l1 * np.sin(theta1))
-    if scanned:
-        out = np.array([alpha * alpha * beta - sb * ratio, alpha * sa * sb, sa * sa * sb])
-    else:
-        out = np.array([ca * cb - sb * ratio, ca * sa * sb, sa * sa * sb])
-    return out / np.linalg.norm(out)
+    def __init__(
+        self, mechanism: pm.Mechanism, arms: tuple[int, int] = (1, 2), step: float = 4.0
+    ) -> None:
+        self.mechanism, self.arms = mechanism, arms
+        self.size = geometry(mechanism.home)
+        self.grid = np.deg2rad(np.arange(-180.0, 180.1, step))
+        self._data = mechanism.model.createData()
+        self._b = np.array([[self.b(x, y) for y in self.grid] for x in self.grid])
+
+    def _place(self, values: dict[str, float], *frames: str) -> Array:
+        q = np.zeros(self.mechanism.model.nq)
+        for joint, value in values.items():
+            q[self.mechanism.coordinate(joint)] = value
+        pin.forwardKinematics(self.mechanism.model, self._data, q)
+        found = [self.mechanism.frames[frame] for frame in frames]
+        return np.array([self._data.oMi[f.joint].act(f.placement.translation) for f in found]) * 1e3
+
+    def b(self, alpha: float, beta: float) -> Array:
+        """B_i (2, 3) of the two arms [mm]."""
+        return self._place({"alpha": alpha, "beta": beta}, *(f"rod{arm}" for arm in self.arms))
+
+    def c(self, theta: Array) -> Array:
+        """C_i (2, 3) of the two arms [mm] at their angles (2,) [rad]."""
+        values = {f"arm{arm}": float(x) for arm, x in zip(self.arms, theta, strict=True)}
+        return self._place(values, *(f"arm{arm}_tip" for arm in self.arms))
+
+    def loops(self, pose: Array, theta: Array) -> Array:
+        """(2,) F_i [mm²] at alpha, beta (2,) and the arms' angles (2,) [rad]."""
+        gap = self.b(*pose) - self.c(theta)
+        return np.einsum("ij,ij->i", gap, gap) - self.size.l2**2
+
+    def values(self, degrees: tuple[float, float]) -> Array:
+        """(2, n, n) F_i [mm²] on the grid, alpha by rows, for two arm angles [deg]."""
+        gap = self._b - self.c(np.deg2rad(degrees))
+        return np.einsum("nmak,nmak->anm", gap, gap) - self.size.l2**2
+
+    def crossings(self, degrees: tuple[float, float]) -> Array:
+        """(n, 2) points (alpha, beta) [rad] where both curves cross, each once."""
+        theta = np.deg2rad(degrees)
+        signs = self.values(degrees) > 0
+        corners = [signs[:, i:, j:][:, : len(self.grid) - 1, : len(self.grid) - 1]
+                   for i, j in product((0, 1), repeat=2)]  # fmt: skip
+        mixed = np.any(corners, axis=0) & ~np.all(corners, axis=0)
+        middle = 0.5 * (self.grid[1] - self.grid[0])
+        found: list[Array] = []
+        for cell in np.argwhere(mixed[0] & mixed[1]):
+            run = root(lambda x: self.loops(x, theta), self.grid[cell] + middle, tol=1e-13)
+            if np.abs(run.fun).max() > 1e-6:
+                continue
+            point = (run.x + np.pi) % (2 * np.pi) - np.pi
+            if not any(np.abs(np.angle(np.exp(1j * (point - x)))).max() < 1e-5 for x in found):
+                found.append(point)
+        return np.array(found).reshape(-1, 2)
+
+    def solve(self, degrees: tuple[float, float]) -> Solutions:
+        """All forward solutions of two arm angles [deg]."""
+        crossings = self.crossings(degrees)
+        states = (self._closed(point, np.deg2rad(degrees)) for point in crossings)
+        return Solutions(crossings, [state for state in states if state is not None])
+
+    def _closed(self, point: Array, theta: Array) -> pm.ClosedState | None:
+        """The closed state at (alpha, beta) whose two arms stand at theta."""
+        for signs in product((1, -1), repeat=3):
+            branch = dict(zip(ARMS, signs, strict=True))
+            state = pm.inverse(self.mechanism, point, mode=branch, limits=False).state
+            if state is None:
+                continue
+            off = np.array([state.actuators[f"arm{arm}"] for arm in self.arms]) - theta
+            if np.abs(np.angle(np.exp(1j * off))).max() < 1e-6:
+                return state
+        return None

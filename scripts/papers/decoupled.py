@@ -5,269 +5,141 @@ from __future__ import annotations
 import numpy as np
 
 import pinmech as pm
-from papers import decoupled_statics, decoupled_workspace
-from papers.decoupled_model import ANGLES, at, axes
-from papers.papertable import PaperTable, small
+from papers import decoupled_findings as found
+from papers.decoupled_model import ANGLES, Decoupled, axes, forces, inputs, outputs
+from papers.items import At, Item, Paper, Within, rounding
+from papers.verdict import Verdict
 
-Array = np.ndarray
+BUILT: Verdict = "by construction"
+#: Of the second mechanism near θ2 = ±90 deg.
+FLATTENS = Within(1e-6, "the closure loses its grip as the parallelogram flattens")
 
-#: Other crank lengths for the general relation (5) [m].
-CRANKS = (0.080, 0.120)
-
-
-def decoupled_table() -> PaperTable:
-    """The table of the decoupled mechanism's paper."""
-    table = PaperTable(
-        "decoupled",
-        "Decoupled 2-DOF spherical mechanism",
-        "W. Li, J. Sun, J. Zhang, K. He, R. Du: A novel parallel 2-DOF spherical mechanism with "
-        "one-to-one input-output mapping",
-        ("decoupled_pf", "decoupled_4r"),
-    )
-    slider, crank = pm.load("decoupled_pf"), pm.load("decoupled_4r")
-    _structure(table, slider, crank)
-    _mapping(table, slider, crank)
-    decoupled_statics.add(table, slider, crank)
-    decoupled_workspace.add(table, crank)
-    return table
-
-
-def _structure(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> None:
-    e_slider = _distance_r2_r3(slider, "coupler")
-    table.number(
-        "e",
-        "Fig. 3",
-        "e, distance of the axes R2 and R3",
-        "100",
-        1e3 * e_slider,
-        "mm",
-        tolerance=1e-9,
-    )
-    e_crank = _distance_r2_r3(crank, "platform_r3")
-    m = float(
-        np.linalg.norm(
-            crank.home.frame("riser").translation - crank.home.frame("crank").translation
-        )
-    )
-    table.statement(
-        "m",
-        "before (6)",
-        "m = e",
-        "m = e",
-        f"m = {1e3 * m:.6g} mm, e = {1e3 * e_crank:.6g} mm",
-        holds=abs(m - e_crank) < 1e-12,
-        difference=f"{small(1e3 * abs(m - e_crank))} mm",
-    )
-    one, two = axes(slider.home)
-    angle = float(np.rad2deg(np.arccos(np.clip(one @ two, -1.0, 1.0))))
-    table.number(
-        "alpha",
-        "Fig. 2",
-        "angle α between the axes R1 and R2",
-        "90",
-        angle,
+STRUCTURE: tuple[Item[Decoupled], ...] = (
+    At("e", "Fig. 3", "e, distance of the axes R2 and R3").number(
+        ("100",), "mm", lambda m: 1e3 * m.e, rounding(1e-9), good=BUILT
+    ),
+    At("m", "before (6)", "length of the crank").gap(
+        "m = e", "mm", rounding(1e-9), found.crank_length, good=BUILT
+    ),
+    At("alpha", "Fig. 2", "angle α between the axes R1 and R2").number(
+        ("90",),
         "deg",
-        tolerance=1e-9,
-        why="printed as π/2; both pass through o",
-    )
-    for key, mechanism, place in (("dofpf", slider, "Fig. 2"), ("dof4r", crank, "Fig. 5")):
-        found = pm.mobility(mechanism.home)
-        table.statement(
-            key,
-            place,
-            f"mobility of {mechanism.name}",
-            "2 degrees of freedom",
-            f"{found.dof} (finite motion {found.finite_dof})",
-            holds=found.dof == found.finite_dof == 2,
-            why=f"overconstraint {found.overconstraint} ({found.rows} rows of rank {found.rank}), "
-            f"Kutzbach count {found.kutzbach}: neither is in the paper",
-        )
-    chains = {}
-    for pair in ("PPR", "RPR", "3R"):
-        other = pm.designs.decoupled_pf(pair=pair)
-        heights = [
-            at(other, 0.3, t).actuators["q2"] - at(slider, 0.3, t).actuators["q2"]
-            for t in (-50.0, 20.0, 70.0)
-        ]
-        chains[pair] = (pm.mobility(other.home).finite_dof, float(np.abs(heights).max()))
-    table.statement(
-        "fig4",
-        "Fig. 4(a)",
-        "3R, PPR and RPR replace the flat pair",
+        lambda m: np.rad2deg(np.arccos(np.dot(*axes(m.slider.home)))),
+        rounding(1e-9),
+        why="printed as π/2",
+        good=BUILT,
+    ),
+    At("dofpf", "Fig. 2", "mobility of decoupled_pf").statement(
+        "2 degrees of freedom", lambda m: found.freedoms(m.slider)
+    ),
+    At("dof4r", "Fig. 5", "mobility of decoupled_4r").statement(
+        "2 degrees of freedom", lambda m: found.freedoms(m.crank)
+    ),
+    At("fig4", "Fig. 4(a)", "3R, PPR and RPR replace the flat pair").statement(
         "same freedoms",
-        "; ".join(
-            f"{pair}: mobility {dof}, q2 within {small(1e3 * off)} mm"
-            for pair, (dof, off) in chains.items()
-        ),
-        holds=all(dof == 2 and off < 1e-10 for dof, off in chains.values()),
+        found.chains,
         why="the design with each chain in place of the pair, three poses",
-    )
-    slants = []
-    for t in ANGLES:
-        state = at(crank, 0.4, t)
-        bar = state.frame("riser").translation - state.frame("riser_r8").translation
-        slants.append(float(np.linalg.norm(np.cross(bar / np.linalg.norm(bar), axes(state)[0]))))
-    table.statement(
-        "parallel",
-        "Fig. 5",
-        "R7R8 and R9R10 stay parallel to the axis R1",
-        "always parallel",
-        f"sine of the angle {small(max(slants))}",
-        holds=max(slants) < 1e-9,
-        difference=f"{small(max(slants))}",
-    )
-    table.drawing(
-        "fig167",
-        "Figs 1, 2, 5, 6, 7",
-        "drawings of pairs, mechanisms and forces",
-        "what they define is checked through the formulas",
-    )
+    ),
+    At("parallel", "Fig. 5", "R7R8 and R9R10 and the axis R1").gap(
+        "always parallel", "(sine)", rounding(1e-9), found.bars_parallel
+    ),
+    At("fig167", "Figs 1, 2, 5, 6, 7", "drawings of pairs, mechanisms and forces").drawing(
+        "what they define is checked through the formulas"
+    ),
+)
 
-
-def _distance_r2_r3(mechanism: pm.Mechanism, frame: str) -> float:
-    """Distance of R3's origin from the axis R2 [m]."""
-    home = mechanism.home
-    arm = home.frame(frame).translation - home.frame("yoke").translation
-    two = axes(home)[1]
-    return float(np.linalg.norm(arm - two * (arm @ two)))
-
-
-def _mapping(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> None:
-    e = _distance_r2_r3(slider, "coupler")
-    printed, model, off_diagonal = [], [], 0.0
-    jacobians: dict[str, list[Array]] = {"printed": [], "right": [], "model": []}
-    for t in ANGLES:
-        for one in (-40.0, 25.0):
-            state = at(slider, np.deg2rad(one), t)
-            angle = state.outputs["theta2"]
-            printed.append([np.deg2rad(one), e * np.sin(angle)])
-            model.append(list(state.actuators.values()))
-            inverse = pm.inverse_jacobian(state)
-            jacobians["model"].append(inverse)
-            jacobians["printed"].append(np.linalg.inv(np.diag([1.0, e * np.cos(angle)])))
-            jacobians["right"].append(np.diag([1.0, e * np.cos(angle)]))
-            turned = pm.inverse_jacobian(at(crank, np.deg2rad(one), t))
-            off_diagonal = max(
-                off_diagonal,
-                *(abs(float(j[a, b])) for j in (inverse, turned) for a, b in ((0, 1), (1, 0))),
-            )
-    table.formula(
-        "eq1",
-        "eq. (1)",
-        f"q1, q2 at {len(printed)} poses",
-        printed,
-        model,
-        "rad, m",
-        tolerance=1e-10,
-    )
-    table.statement(
+MAPPING: tuple[Item[Decoupled], ...] = (
+    At("eq1", "eq. (1)", "q1, q2 at 14 poses").formula("rad, m", rounding(1e-10), found.mapping),
+    At("decoupled", "section 2", "each output depends on one input alone").gap(
         "decoupled",
-        "section 2",
-        "each output depends on one input alone",
-        "decoupled",
-        f"largest off-diagonal term {small(off_diagonal)}, both mechanisms",
-        holds=off_diagonal < 1e-9,
-        difference=f"{small(off_diagonal)}",
-    )
-    table.erratum(
-        "eq3",
-        "eqs (2), (3)",
-        "input rates per output rate (J⁻¹)",
-        jacobians["printed"],
-        jacobians["right"],
-        jacobians["model"],
-        tolerance=1e-9,
+        "",
+        rounding(1e-9),
+        lambda m: [pm.inverse_jacobian(s)[[0, 1], [1, 0]] for s in (*m.slides, *m.turns)],
+        why="off-diagonal terms of the inverse Jacobians, both mechanisms",
+    ),
+    At("eq3", "eqs (2), (3)", "input rates per output rate (J⁻¹)").erratum(
+        "",
+        rounding(1e-9),
+        found.jacobian,
         why="(2) and (4) hold with J = diag(1, 1/(e cosθ2)); printed is its inverse",
-    )
-    printed, model = [], []
-    for m in CRANKS:
-        other = pm.designs.decoupled_4r(m=m)
-        for t in (-45.0, 20.0, 50.0):
-            state = at(other, 0.3, t)
-            printed.append(m * np.sin(state.actuators["q2"]))
-            model.append(e * np.sin(state.outputs["theta2"]))
-    table.formula(
-        "eq5",
-        "eq. (5)",
-        "m sin q2 = e sin θ2 for m = 80 and 120 mm",
-        1e3 * np.array(printed),
-        1e3 * np.array(model),
+    ),
+    At("eq5", "eq. (5)", "m sin q2 = e sin θ2 for m = 80 and 120 mm").formula(
+        "mm", rounding(1e-7), found.other_cranks
+    ),
+    At("eq6", "eq. (6)", "q1 = θ1, q2 = θ2 for m = e").formula(
+        "deg", FLATTENS, lambda m: np.rad2deg([outputs(m.turns), inputs(m.turns)])
+    ),
+    At("eq7", "eq. (7)", "height z of the flat pair, from q2 and from θ2").formula(
+        "mm", FLATTENS, found.heights
+    ),
+    At("identity", "after (6)", f"J for m = e, |θ2| ≤ {max(ANGLES):g} deg").formula(
+        "", FLATTENS, found.identity
+    ),
+    At("onetoone", "title", "one output for each input").statement(
+        "one-to-one", found.one_to_one, assumption="|θ2| < 90 deg, the assembly of home"
+    ),
+)
+
+STATICS: tuple[Item[Decoupled], ...] = (
+    At("eq4", "eq. (4)", "f2 for T2 = 1 N·m, with the corrected J").formula(
+        "N",
+        rounding(1e-6),
+        lambda m: (1.0 / (m.e * np.cos(np.deg2rad(ANGLES))), forces(m.slider, ANGLES)[0]),
+        why="inverse dynamics without weight; with J as printed it would be e cosθ2",
+    ),
+    At("fig3", "Fig. 3", "input force for T = 1 N·m, e = 100 mm").statement(
+        "rises rapidly when |θ2| > 60 deg (no number)",
+        found.force_rises,
+        why="T/(e cosθ2): twice the least at 60 deg",
+        figure="decoupled_fig3.png",
+    ),
+    At("infinite", "after (4)", "f2 grows without bound as θ2 → ±90 deg").statement(
+        "infinite", found.force_unbounded, why="the slider cannot hold θ2 there"
+    ),
+    At("smaller", "section 3", "the parallelogram needs much smaller actuators").statement(
+        "much smaller", found.smaller_actuators, assumption="the crank's torque alone is meant"
+    ),
+    At("eq10", "eqs (9), (10)", "lever h = M/Q of the force on R3 about R2").erratum(
         "mm",
-        tolerance=1e-7,
-    )
-    inputs, outputs, heights, rises, units = [], [], [], [], []
-    for t in ANGLES:
-        state = at(crank, 0.4, t)
-        inputs.append(list(state.actuators.values()))
-        outputs.append(list(state.outputs.values()))
-        rises.append(1e3 * state.frame("coupler").translation[2])
-        heights.append(
-            [1e3 * e * np.sin(state.actuators["q2"]), 1e3 * e * np.sin(state.outputs["theta2"])]
-        )
-        units.append(pm.inverse_jacobian(state))
-    table.formula(
-        "eq6",
-        "eq. (6)",
-        "q1 = θ1, q2 = θ2 for m = e",
-        np.rad2deg(outputs),
-        np.rad2deg(inputs),
+        rounding(1e-6),
+        found.lever_arm,
+        why="the reaction at R2 is the whole force F, not its radial part: h = e sinγ",
+    ),
+    At("facts", "section 4, Fig. 6", "where the leg's force F acts").misprint(
+        "on R2", "on R3", "R3 joins the leg to the platform; R2 only reacts"
+    ),
+    At("eq11", "eqs (8), (11), (12)", "largest θ2 that friction allows, ρ = 1, 5, 20 mm").erratum(
         "deg",
-        tolerance=1e-6,
-    )
-    table.formula(
-        "eq7",
-        "eq. (7)",
-        "height z of the flat pair, from q2 and from θ2",
-        heights,
-        np.column_stack([rises, rises]),
-        "mm",
-        tolerance=1e-6,
-    )
-    table.formula(
-        "identity",
-        "after (6)",
-        f"J for m = e, |θ2| ≤ {max(ANGLES):g} deg",
-        np.tile(np.eye(2), (len(ANGLES), 1, 1)),
-        units,
-        tolerance=1e-6,
-        why="the closure loses its grip as the parallelogram flattens, so the last digits fade",
-    )
-    _flat(table, slider, crank)
+        rounding(1e-6),
+        found.friction_limits,
+        why="exactly γ = asin(ρ/e); the printed arctan is its neighbour for small ρ; the paper "
+        "prints no radius",
+    ),
+)
 
+WORKSPACE: tuple[Item[Decoupled], ...] = (
+    At("latitude", "Fig. 8", "P draws latitude lines with θ1, longitude lines with θ2").statement(
+        "latitude and longitude",
+        found.latitude,
+        assumption="P lies on the line o R3: the paper does not say where it is",
+        figure="decoupled_fig8.png",
+    ),
+    At("hemisphere", "conclusions", "workspace for θ1 within ±90 deg").statement(
+        "approximately a hemisphere",
+        found.hemisphere,
+        assumption="friction radius ρ = 1 mm, P as above; no number is printed",
+    ),
+    At("fig9", "Fig. 9", "configurations (0, π/3), (π/2, -π/4), (-π/2, π/4)").statement(
+        "reached", found.figure_9, why="no input is printed", figure="decoupled_fig9.png"
+    ),
+)
 
-def flat_state(crank: pm.Mechanism) -> pm.ClosedState:
-    """The state at theta2 = q2 = 90 deg, the parallelogram flat."""
-    q = np.zeros(crank.model.nq)
-    for joint, value in (("q2", 90.0), ("r7", -90.0), ("r10", 90.0), ("theta2", 90.0)):
-        q[crank.coordinate(joint)] = np.deg2rad(value)
-    return pm.verify_closed(crank, q)
-
-
-def _flat(table: PaperTable, slider: pm.Mechanism, crank: pm.Mechanism) -> None:
-    state = flat_state(crank)
-    found, dof = pm.singularity(state), pm.mobility(state).dof
-    table.statement(
-        "flat",
-        "after (6)",
-        "J is the identity, so nothing is singular up to ±90 deg",
-        "J = I",
-        f"at q2 = θ2 = 90 deg: {', '.join(sorted(found.kinds))}; {dof} freedoms",
-        holds=not found.kinds,
-        corrected="type2" in found.kinds,
-        why="the parallelogram is flat there: the identity hides a true singularity",
-    )
-    other = pm.inverse(slider, [0.3, np.deg2rad(140.0)])
-    twin = at(slider, 0.3, 40.0)
-    same = other.success and abs(other.unwrap().actuators["q2"] - twin.actuators["q2"]) < 1e-9
-    table.statement(
-        "onetoone",
-        "title",
-        "one output for each input",
-        "one-to-one",
-        "a second assembly, θ2 → 180 deg - θ2, closes at the same inputs"
-        if same
-        else "no second assembly found",
-        holds=same,
-        assumption="|θ2| < 90 deg, the assembly of home",
-        why="both closed states of the mechanism of Figure 2 at θ2 = 40 and 140 deg",
-    )
+DECOUPLED = Paper(
+    "decoupled",
+    "Decoupled 2-DOF spherical mechanism",
+    "W. Li, J. Sun, J. Zhang, K. He, R. Du: A novel parallel 2-DOF spherical mechanism with "
+    "one-to-one input-output mapping",
+    ("decoupled_pf", "decoupled_4r"),
+    STRUCTURE + MAPPING + STATICS + WORKSPACE,
+    Decoupled,
+)

@@ -3,242 +3,224 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
-import pinmech as pm
-from papers import gpr_kinematics, gpr_rank
-from papers.gpr_model import (
-    STEP,
-    arms,
-    bounds,
-    phi_by_p,
-    phi_by_y,
-    rates,
-    rod_tips,
-    rods,
-    smallest,
-    span_change,
-    staggered,
-    tilt,
-)
-from papers.papertable import PaperTable, small
+from papers import gpr_findings as found
+from papers.gpr_model import SLIDERS, Gimbal, closure_values, rod_tips, spans
+from papers.items import At, Item, Paper, Within, rounding
+from papers.verdict import Verdict
 
-Array = np.ndarray
-
+CIRCULAR: Verdict = "assumption, consistent"
+BUILT: Verdict = "by construction"
+RADIUS = "the platform's radius, 98.5 mm, chosen for the 30 µm of Figure 7"
 PATTERN = (
-    "the motion pattern, which is not printed: (q1, q2, q3) = (z - d, z + d, z), dq3 = 10 mm; one "
-    "unknown, d, is solved from ‖dY‖ and must then give σ"
+    "the motion pattern, which is not printed: (q1, q2, q3) = (z - d, z + d, z), dq3 = 10 mm; d is "
+    "solved from the printed ‖dY‖"
+)
+#: Of quantities whose model value comes from central differences over 2e-5 of closed states.
+DIFFERENCES = Within(1e-4, "central differences of closed states")
+EXACT = Within(0.0, "whole numbers")
+
+STRUCTURE: tuple[Item[Gimbal], ...] = (
+    At("stroke", "introduction", "range of the translation").number(
+        ("20",),
+        "inch",
+        found.stroke,
+        rounding(1e-9),
+        assumption="the limits of the rods, set from it",
+        good=CIRCULAR,
+    ),
+    At("tilts", "introduction", "range of the two rotations").statement(
+        "±2 deg (±1.5 deg in section 3)", found.tilts, why="the paper names both ranges"
+    ),
+    At("fig123", "Figs 1, 2, 3", "drawings of the mechanism").drawing(
+        "what they define is checked through the formulas"
+    ),
 )
 
-
-def gpr_table() -> PaperTable:
-    """The table of the gimbal's paper."""
-    table = PaperTable(
-        "gpr",
-        "Gimbal positioner, 3-PS",
-        "N. Bratovanov, Z. Sotirov, V. Zamanov: Mobility and accuracy analysis of a class of "
-        "overconstrained parallel mechanisms",
-        ("gpr_3ps", "gpr_3ps_ideal"),
-    )
-    mechanism, ideal = pm.load("gpr_3ps"), pm.load("gpr_3ps_ideal")
-    _structure(table, mechanism)
-    gpr_rank.add(table, mechanism, ideal)
-    gpr_kinematics.add(table, mechanism)
-    _simulations(table, mechanism)
-    return table
-
-
-def _structure(table: PaperTable, mechanism: pm.Mechanism) -> None:
-    k = mechanism.coordinate("q1")
-    stroke = float(mechanism.upper[k] - mechanism.lower[k]) / 0.0254
-    table.number(
-        "stroke", "introduction", "range of the translation", "20", stroke, "inch", tolerance=1e-9
-    )
-    tilts = [(a, b) for a in (-2.0, 0.0, 2.0) for b in (-2.0, 0.0, 2.0)]
-    reached = [pm.inverse(mechanism, [0.3, *np.deg2rad(pose)]).success for pose in tilts]
-    table.statement(
-        "tilts",
-        "introduction",
-        "range of the two rotations",
-        "±2 deg (±1.5 deg in section 3)",
-        f"{sum(reached)} of {len(reached)} tilts up to ±2 deg close",
-        holds=all(reached),
-        why="the paper names both ranges",
-    )
-    table.drawing(
-        "fig123",
-        "Figs 1, 2, 3",
-        "drawings of the mechanism",
-        "what they define is checked through the formulas",
-    )
-
-
-def extremes(mechanism: pm.Mechanism, norm: float, low: float, high: float) -> pm.ClosedState:
-    """The state of the assumed pattern at which ‖dY‖ has a value [mm], d/R between two bounds."""
-
-    def off(ratio: float) -> float:
-        return float(np.linalg.norm(span_change(staggered(mechanism, ratio)))) - norm
-
-    return staggered(mechanism, float(brentq(off, low, high, xtol=1e-10)))
-
-
-def _simulations(table: PaperTable, mechanism: pm.Mechanism) -> None:
-    start = staggered(mechanism, 0.02)
-    pushed = dict(start.actuators)
-    pushed["q3"] += 0.010
-    end = pm.forward(mechanism, pushed, guess=start).unwrap()
-    moved = np.concatenate([rods(end) - rods(start), (rod_tips(end) - rod_tips(start)).ravel()])
-    table.number(
-        "dp",
-        "section 7",
-        "‖dP‖ for dq3 = 10 mm",
-        "14.14",
-        np.linalg.norm(moved),
+MOBILITY: tuple[Item[Gimbal], ...] = (
+    At("a44", "eq. (4), A_43, A_44", "(4) along the three motions, four tilts").erratum(
+        "mm²",
+        DIFFERENCES,
+        found.along_motions,
+        scan=True,
+        why="A_44 stands in the scan with four rows in a block of three, the last two equal: the "
+        "third row is -2 (r1 - r3); A_43 lacks its zero third row; dP from frame Jacobians",
+    ),
+    At("a31", "dΦ/dP, A_21", "blocks of the first column").misprint(
+        "A_11, A_21, A_21, A_31", "A_11, A_21, A_31", "the same matrix stands twice", scan=True
+    ),
+    At("eqy", "∂Φ/∂Y", "shape").misprint(
+        "rows of 3, 6 and 3 entries, with zero blocks beside them",
+        "12×3: nine rows of zeros above -2 diag(L12, L23, L31)",
+        "its rank is 3, as the text says",
+        scan=True,
+    ),
+    At("eq6", "eq. (6)", "dY = ∂Y/∂X dX along the motions, four tilts").erratum(
         "mm",
+        DIFFERENCES,
+        found.virtual_joints,
+        why="the signs must be +; as printed it contradicts (10)",
+    ),
+    At("sigmay", "section 3", "singular values of ∂Φ/∂Y within ±2 deg").statement(
+        "never zero, vary slightly", found.span_values, assumption=RADIUS
+    ),
+    At("rank9", "section 3", "rank of dΦ/dP at q1 = q2 = q3, and h = 12 - rank").number(
+        ("9", "3"),
+        "",
+        lambda m: found.rank_and_h(m.ideal.home),
+        EXACT,
+        why="at home of the ideal mechanism; h = 9 - rank of the closure Jacobian out of Pinocchio",
+    ),
+    At("finite", "section 3", "the ideal mechanism but for imperfections").statement(
+        "a single degree of freedom", found.ideal_freedoms
+    ),
+    At("rank11", "section 3", "rank of dΦ/dP elsewhere, and h").number(
+        ("11", "1"),
+        "",
+        found.rank_elsewhere,
+        EXACT,
+        why="h = 9 - rank of the closure Jacobian out of Pinocchio",
+    ),
+    At("sigma12", "section 3", "the twelfth singular value of ∂Φ/∂P").gap(
+        "always 0",
+        "",
+        Within(found.RANK, "the closure tolerance is 1e-10"),
+        lambda m: [closure_values(s, SLIDERS)[8] for s in (m.mechanism.home, m.near, *m.states)],
+        why="the smallest of the closure Jacobian out of Pinocchio, sliders locked: level, beside "
+        "it and four tilts",
+    ),
+    At("rank12", "after (2)", "rank of dΦ/dΨ everywhere, and 15 - rank").number(
+        ("12", "3"),
+        "",
+        found.rank_augmented,
+        EXACT,
+        why="level, beside it and four tilts; 15 - rank: how many of the closure Jacobian's twelve "
+        "columns are free",
+    ),
+    At("augmented", "after (2)", "degrees of freedom of the augmented mechanism").statement(
+        "3", found.augmented_freedoms
+    ),
+)
+
+KINEMATICS: tuple[Item[Gimbal], ...] = (
+    At("y0", "section 5", "L/R at level: √3").formula(
+        "",
+        rounding(1e-9),
+        lambda m: (np.full(3, np.sqrt(3.0)), spans(rod_tips(m.mechanism.home)) / m.radius),
+        why="the joints stand at 120 deg",
+        good=BUILT,
+    ),
+    At("eq8", "eqs (7), (8)", "L² from X at four tilts").formula(
+        "mm²",
+        rounding(1e-6),
+        found.cosine_law,
+        why="law of cosines: the model's sliders stand at 120 deg",
+    ),
+    At("eq9", "eq. (9)", "rates of X from those of Y, four tilts").erratum(
+        "mm/rad",
+        DIFFERENCES,
+        lambda m: (None, *found.rates_9_10(m)[0]),
+        scan=True,
+        why="the number (9) and the factor dY/dt are gone from the end of the line; with it the "
+        "formula holds",
+    ),
+    At("eq10", "eq. (10)", "rates of Y from those of X, four tilts").formula(
+        "mm/rad", DIFFERENCES, lambda m: found.rates_9_10(m)[1]
+    ),
+    At("eq11", "eq. (11)", "centre of the platform, four tilts").formula(
+        "mm", rounding(1e-8), found.centre
+    ),
+    At("rp3p1", "section 5", "r_P3P1").misprint(
+        "r3 - r1", "r1 - r3", "only its length is used, which is the same"
+    ),
+    At("eq12", "eq. (12)", "rod heights, four tilts").formula(
+        "mm",
+        rounding(1e-8),
+        found.rod_heights,
+        why="normal turned about e1 by α, then about e2 by β, both fixed axes",
+    ),
+    At("newton", "section 5", "iterations for X from Y").statement(
+        "2 to 3", found.iterations, why="tilts from 1.7 to 9 deg"
+    ),
+    At("roundtrip", "sections 5, 6", "inverse, then direct kinematics, four tilts").gap(
+        "inverse of each other", "(m, rad)", rounding(1e-9), found.round_trips
+    ),
+    At("shift", "section 6", "the centre shifts sideways when the platform tilts").statement(
+        "slightly", found.shift, assumption=RADIUS, good=CIRCULAR
+    ),
+)
+
+SIMULATIONS: tuple[Item[Gimbal], ...] = (
+    At("dp", "section 7", "‖dP‖ for dq3 = 10 mm").number(
+        ("14.14",),
+        "mm",
+        found.lifted,
         why="P3 rises with its rod: √2 · 10 mm; that q3 moves by 10 mm is in the Bulgarian summary",
-    )
-    table.drawing(
-        "fig4",
-        "Fig. 4",
-        "the motion pattern, through three singular configurations",
-        "the pattern is not printed; the one drawn is assumed",
-        figure="gpr_fig4.png",
-    )
-    for key, what, printed, sigma, window in (
-        ("max", "largest", "1.234", "0.0871", (0.05, 0.3)),
-        ("min", "least", "0.0181", "0.0013", (1e-4, 0.02)),
-    ):
-        state = extremes(mechanism, float(printed), *window)
-        norm = float(np.linalg.norm(span_change(state)))
-        note = (
-            f"tilt {tilt(state):.2f} deg: outside the ±2 deg that the text names"
-            if key == "max"
-            else f"tilt {tilt(state):.2f} deg: a sample beside the singular configuration, where "
-            "both are 0"
-        )
-        table.number(
-            f"fig5.{key}",
-            "Fig. 5",
-            f"{what} σ- of ∂Φ/∂P and ‖dY‖",
-            (sigma, printed),
-            (smallest(state), norm),
-            "(mm)",
-            assumption=PATTERN,
-            why=note,
-            figure="gpr_fig5.png",
-        )
-    level = staggered(mechanism, 0.0)
-    zero = (smallest(level), float(np.linalg.norm(span_change(level))))
-    table.statement(
-        "fig5.level",
-        "Fig. 5",
-        "σ- and ‖dY‖ at the singular configurations",
+    ),
+    At("fig4", "Fig. 4", "the motion pattern, through three singular configurations").drawing(
+        "the pattern is not printed; the one drawn is assumed", "gpr_fig4.png"
+    ),
+    At("fig5.max", "Fig. 5", "largest σ- of ∂Φ/∂P, where ‖dY‖ is 1.234 mm").number(
+        ("0.0871",),
+        "(mm)",
+        lambda m: found.sigma_where(m, 1.234, 0.05, 0.3),
+        assumption=PATTERN,
+        why="the one check of Figure 5; outside the ±2 deg that the text names",
+        figure="gpr_fig5.png",
+    ),
+    At("fig5.min", "Fig. 5", "least σ- of ∂Φ/∂P, where ‖dY‖ is 0.0181 mm").number(
+        ("0.0013",),
+        "(mm)",
+        lambda m: found.sigma_where(m, 0.0181, 1e-4, 0.02),
+        assumption=PATTERN,
+        good=CIRCULAR,
+        why="no second check: near the singular configuration σ- and ‖dY‖ are both proportional to "
+        "the tilt, in the ratio that the row above has checked",
+        figure="gpr_fig5.png",
+    ),
+    At("fig5.level", "Fig. 5", "σ- and ‖dY‖ at the singular configurations").statement(
         "0.0013, 0.0181 mm",
-        f"{small(zero[0])}, {small(zero[1])} mm",
-        holds=zero[0] > 1e-3,
-        corrected=zero[0] < RESIDUE,
+        found.level_values,
         why="exactly at q1 = q2 = q3 both vanish; the printed values are samples near it",
-    )
-    _bounds(table, mechanism)
-    _deviation(table, mechanism)
-
-
-#: What rounding leaves of a singular value that is zero [mm].
-RESIDUE = 1e-9
-
-
-def _bounds(table: PaperTable, mechanism: pm.Mechanism) -> None:
-    broken, kept, count = 0, 0, 0
-    for ratio in (0.01, 0.05, 0.1517):
-        state = staggered(mechanism, ratio)
-        moved = rates(state).p
-        vertical = moved[:, 0]  # all rods together: dΦ = 0
-        steps = [
-            STEP,
-            10.0 * vertical / np.linalg.norm(vertical),
-            *(10.0 * moved[:, k] / np.linalg.norm(moved[:, k]) for k in (1, 2)),
-        ]
-        for step in steps:
-            found = bounds(state, step)
-            count += 1
-            broken += any(found[f"printed {v}"] > found[v] + 1e-9 for v in "xy")
-            kept += all(found[f"corrected {v}"] <= found[v] + 1e-9 for v in "xy")
-    table.statement(
-        "eq5",
-        "eqs (5), (6), Fig. 6",
-        f"lower bounds of ‖dY‖ and ‖dX‖ over ‖dP‖, {count} steps dP",
+    ),
+    At("eq5", "eqs (5), (6), Fig. 6", "lower bounds of ‖dY‖ and ‖dX‖ over ‖dP‖").statement(
         "hold",
-        f"as printed broken by {broken}; corrected hold for {kept} of {count}",
-        holds=broken == 0,
-        corrected=kept == count,
+        found.lower_bounds,
         why="σ12 = 0: rods that rise together give dΦ = 0 but ‖dP‖ > 0; the bounds hold for the "
         "part of dP that is square to that null vector",
         figure="gpr_fig6.png",
-    )
-    tips = rod_tips(staggered(mechanism, 0.1))
-    by_p = -np.linalg.pinv(phi_by_y(tips)) @ phi_by_p(tips)
-    null = np.linalg.svd(phi_by_p(tips))[2][11]
-    sigma = np.linalg.svd(by_p, compute_uv=False)
-    still = float(np.linalg.norm(by_p @ null))
-    table.statement(
-        "eq5a",
-        "before (5)",
-        "σ-(∂Y/∂P) ‖dP‖ ≤ ‖dY‖",
+    ),
+    At("eq5a", "before (5)", "σ-(∂Y/∂P) ‖dP‖ ≤ ‖dY‖").statement(
         "holds",
-        f"dP along the null vector: ‖dY‖ {small(still)}, σ- = {sigma[-1]:.3f}",
-        holds=still >= sigma[-1],
-        corrected=still < 1e-9,
+        found.null_bound,
         why="∂Y/∂P is 3×12: its smallest singular value bounds nothing from below",
-    )
-    table.drawing(
-        "fig6",
-        "Fig. 6",
-        "the bounds along the motion",
+    ),
+    At("fig6", "Fig. 6", "the bounds along the motion").drawing(
         "no number printed; drawn for the assumed pattern. Along it the printed bound holds like "
-        "the corrected one; it fails for rods that rise together (the row above)",
-        figure="gpr_fig6.png",
-    )
-
-
-def deviations(mechanism: pm.Mechanism, angles: Array, *, axis: int) -> Array:
-    """(n, 3) how far the platform's centre is from z e3 [µm] while it turns about e1 (0) or e2
-    (1) by angles (n,) [deg]."""
-    out = []
-    for angle in angles:
-        pose = [0.3, 0.0, 0.0]
-        pose[1 + axis] = float(np.deg2rad(angle))
-        state = pm.inverse(mechanism, pose).unwrap()
-        out.append(1e6 * (state.platform.translation - [0.0, 0.0, 0.3]))
-    return np.array(out)
-
-
-def _deviation(table: PaperTable, mechanism: pm.Mechanism) -> None:
-    angles = np.linspace(-2.0, 2.0, 17)
-    moved = [np.abs(deviations(mechanism, angles, axis=axis)).max(axis=0) for axis in (0, 1)]
-    radius = float(arms(mechanism.home).mean())
-    most = float(max(max(m[:2]) for m in moved))
-    both = pm.inverse(mechanism, [0.3, *np.deg2rad([2.0, 2.0])]).unwrap().platform.translation
-    table.number(
-        "fig7",
-        "Fig. 7",
-        "largest dx, dy while the platform turns within ±2 deg",
-        "30",
-        most,
+        "the corrected one; it fails for rods that rise together (see (5), (6))",
+        "gpr_fig6.png",
+    ),
+    At("fig7", "Fig. 7", "largest dx, dy while the platform turns within ±2 deg").number(
+        ("30",),
         "µm",
-        tolerance=0.5,
-        assumption=f"the platform's radius, {radius:.4g} mm, chosen for this number",
-        why='"less than 30" in the English text, "about 30" in the Bulgarian summary; with α = '
-        f"β = 2 deg it is {1e6 * np.hypot(both[0], both[1]):.0f} µm: it grows with the square of "
-        "the tilt",
+        found.sideways,
+        Within(0.5, "half a unit of the printed number"),
+        assumption=RADIUS,
+        good=CIRCULAR,
+        why='"less than 30" in the English text, "about 30" in the Bulgarian summary',
         figure="gpr_fig7.png",
-    )
-    lift = float(max(m[2] for m in moved))
-    table.statement(
-        "fig7z",
-        "Fig. 7",
-        "vertical deviation dz in the same motions",
-        "less than 2 µm",
-        f"{lift:.2f} µm",
-        holds=lift < 2.0,
-        assumption=f"the radius {radius:.4g} mm: it follows from dx, not from dz",
-    )
+    ),
+    At("fig7z", "Fig. 7", "vertical deviation dz in the same motions").statement(
+        "less than 2 µm", found.vertical, assumption=RADIUS, good=CIRCULAR
+    ),
+)
+
+GPR = Paper(
+    "gpr",
+    "Gimbal positioner, 3-PS",
+    "N. Bratovanov, Z. Sotirov, V. Zamanov: Mobility and accuracy analysis of a class of "
+    "overconstrained parallel mechanisms",
+    ("gpr_3ps", "gpr_3ps_ideal"),
+    STRUCTURE + MOBILITY + KINEMATICS + SIMULATIONS,
+    Gimbal,
+)

@@ -6,11 +6,14 @@ rod equations of three components, then three squared distances.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 import pinmech as pm
+from papers.items import Model
 
 Array = np.ndarray
 
@@ -19,8 +22,47 @@ PAIRS = ((0, 1), (1, 2), (2, 0))
 #: Heights of the rods at level [m], and configurations away from it: z [m], alpha, beta [deg].
 HEIGHT = 0.3
 TILTED = ((0.30, 1.5, -0.8), (0.28, -2.0, 2.0), (0.35, 6.0, 4.0), (0.32, 0.0, -9.0))
-#: Singular values of the paper's matrices, in mm, up to which a rank counts them as zero.
-RANK = 1e-8
+#: The virtual joints of the augmented mechanism.
+SLIDERS = ("l1", "l2", "l3")
+
+
+class Gimbal(Model):
+    """What the items of the paper ask of the model."""
+
+    @cached_property
+    def mechanism(self) -> pm.Mechanism:
+        """With virtual sliders."""
+        return self.load("gpr_3ps")
+
+    @cached_property
+    def ideal(self) -> pm.Mechanism:
+        """Without them."""
+        return self.load("gpr_3ps_ideal")
+
+    @cached_property
+    def radius(self) -> float:
+        """Of the platform [mm]."""
+        return float(arms(self.mechanism.home).mean())
+
+    @cached_property
+    def states(self) -> list[pm.ClosedState]:
+        """The closed states at TILTED."""
+        return [at(self.mechanism, pose) for pose in TILTED]
+
+    @cached_property
+    def near(self) -> pm.ClosedState:
+        """A closed state whose rods differ from level by a micrometre."""
+        return at(self.mechanism, (HEIGHT, float(np.rad2deg(1e-6 / 0.1)), 0.0))
+
+    @cached_property
+    def rates(self) -> list[Rates]:
+        """Rates at the states."""
+        return [rates(state) for state in self.states]
+
+    @cached_property
+    def tips(self) -> list[Array]:
+        """P_k at the states."""
+        return [rod_tips(state) for state in self.states]
 
 
 def rod_tips(state: pm.ClosedState) -> Array:
@@ -43,30 +85,13 @@ def arms(state: pm.ClosedState) -> Array:
     return np.linalg.norm(rod_tips(state) - 1e3 * state.platform.translation, axis=1)
 
 
-def phi(state: pm.ClosedState) -> Array:
-    """Φ (12,) [mm, mm²] of (1) at a state, Y taken from it."""
-    tips, q = rod_tips(state), rods(state)
-    feet = np.array([state.mechanism.home.frame(f"rod{k}").translation for k in (1, 2, 3)]) * 1e3
-    feet[:, 2] = 0.0
-    upper = feet + np.outer(q, [0.0, 0.0, 1.0]) - tips
-    squares = [float((tips[b] - tips[a]) @ (tips[b] - tips[a])) for a, b in PAIRS]
-    frames = np.array([1e3 * state.frame(slider(state, k)).translation for k in (1, 2, 3)])
-    return np.concatenate([upper.ravel(), np.array(squares) - spans(frames) ** 2])
-
-
-def slider(state: pm.ClosedState, k: int) -> str:
-    """The frame on the platform's side of spherical joint k."""
-    name = f"slider{k}"
-    return name if name in state.mechanism.frames else f"platform_p{k}"
-
-
 def phi_by_p(tips: Array, *, printed: bool = False) -> Array:
     """∂Φ/∂P (12, 12), from points (3, 3) by rows [mm].
 
     Args:
         tips: P_k.
-        printed: the third row of A_44 as printed. (A_43 lacks its zero row in print and A_44 has
-            a fourth one: they fit nowhere, and are put right in both cases.)
+        printed: the third row of A_44 as scanned. (A_43 lacks its zero row there and A_44 has a
+            fourth one: they fit nowhere, and are put right in both cases.)
     """
     out = np.zeros((12, 12))
     for k in range(3):
@@ -77,7 +102,7 @@ def phi_by_p(tips: Array, *, printed: bool = False) -> Array:
         out[row, 3 * b + 3 : 3 * b + 6] += side
         out[row, 3 * a + 3 : 3 * a + 6] -= side
     if printed:
-        out[11, 9:12] = -2.0 * (tips[2] - tips[1])
+        out[11, 9:12] = 2.0 * (tips[2] - tips[1]) * [-1.0, 1.0, 1.0]
     return out
 
 
@@ -95,15 +120,10 @@ def y_by_x(x: Array, y: Array, sign: float = 1.0) -> Array:
     return sign * out
 
 
-@dataclass(frozen=True)
-class Rates:
-    """Rates per output rate (columns z, alpha, beta) at a state [mm/s per m/s or rad/s].
-
-    Attributes:
-        p: (12, 3) of P.
-        y: (3, 3) of Y, from central differences of closed states: no matrix of the paper is used.
-        x: (3, 3) of X, from the slider joints.
-    """
+class Rates(NamedTuple):
+    """Rates of P (12, 3), of Y (3, 3) from central differences of closed states (no matrix of the
+    paper is used) and of X (3, 3) from the slider joints, per output rate (columns z, alpha, beta)
+    [mm/s per m/s or rad/s]."""
 
     p: Array
     y: Array
@@ -115,17 +135,16 @@ def rates(state: pm.ClosedState, step: float = 1e-5) -> Rates:
     mechanism = state.mechanism
     motion = [pm.frame_jacobian(state, f"rod{k}")[:3] * 1e3 for k in (1, 2, 3)]
     p = np.vstack([pm.inverse_jacobian(state) * 1e3, *motion])
-    at = np.array(list(state.outputs.values()))
+    outputs = np.array(list(state.outputs.values()))
     y, x = np.zeros((3, 3)), np.zeros((3, 3))
-    for k in range(3):
-        sides = []
-        for sign in (1.0, -1.0):
-            shifted = at.copy()
-            shifted[k] += sign * step
-            sides.append(spans(rod_tips(pm.inverse(mechanism, shifted, guess=state).unwrap())))
-        y[:, k] = (sides[0] - sides[1]) / (2.0 * step)
-        v = pm.velocity(state, np.eye(3)[k])
-        x[:, k] = [1e3 * v[mechanism.coordinate(f"l{n}")] for n in (1, 2, 3)]
+    for k, unit in enumerate(np.eye(3)):
+        ahead, back = (
+            spans(rod_tips(pm.inverse(mechanism, outputs + d * unit, guess=state).unwrap()))
+            for d in (step, -step)
+        )
+        y[:, k] = (ahead - back) / (2.0 * step)
+        v = pm.velocity(state, unit)
+        x[:, k] = [1e3 * v[mechanism.coordinate(name)] for name in SLIDERS]
     return Rates(p, y, x)
 
 
@@ -136,8 +155,7 @@ def at(mechanism: pm.Mechanism, pose: tuple[float, float, float]) -> pm.ClosedSt
 
 def staggered(mechanism: pm.Mechanism, ratio: float, height: float = HEIGHT) -> pm.ClosedState:
     """The state with (q1, q2, q3) = (z - d, z + d, z), d = ratio · R: the assumed pattern."""
-    radius = float(arms(mechanism.home).mean()) * 1e-3
-    d = ratio * radius
+    d = ratio * float(arms(mechanism.home).mean()) * 1e-3
     return pm.forward(mechanism, [height - d, height + d, height]).unwrap()
 
 
@@ -145,6 +163,16 @@ def tilt(state: pm.ClosedState) -> float:
     """Angle between the platform's normal and z [deg]."""
     normal = state.platform.rotation[:, 2]
     return float(np.rad2deg(np.arctan2(np.hypot(normal[0], normal[1]), normal[2])))
+
+
+def closure_values(state: pm.ClosedState, locked: Sequence[str] = ()) -> Array:
+    """Singular values of the closure Jacobian out of Pinocchio, dimensionless, largest first, with
+    the columns of some joints left out."""
+    mechanism = state.mechanism
+    keep = [k for k, name in enumerate(mechanism.joints) if name not in locked]
+    sizes = mechanism.velocity_scale
+    k = (pm.closure_jacobian(state) * sizes)[:, keep]
+    return np.linalg.svd(k, compute_uv=False) / mechanism.length
 
 
 #: The paper's step: q3 (and with it the height of P3) moves by 10 mm.
@@ -182,3 +210,11 @@ def bounds(state: pm.ClosedState, step: Array = STEP) -> dict[str, float]:
         "corrected y": sigma[10] / top_y * square,
         "corrected x": sigma[10] / top_x * square,
     }
+
+
+def deviations(mechanism: pm.Mechanism, angles: Array, *, axis: int) -> Array:
+    """(n, 3) how far the platform's centre is from z e3 [µm] while it turns about e1 (0) or e2
+    (1) by angles (n,) [deg]."""
+    tilts = np.outer(angles, np.eye(2)[axis])
+    moved = [at(mechanism, (HEIGHT, *tilt)).platform.translation for tilt in tilts]
+    return 1e6 * (np.array(moved) - [0.0, 0.0, HEIGHT])

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from papers import tables
-from papers.antenna import antenna_table
-from papers.decoupled import decoupled_table
-from papers.gpr import gpr_table
-from papers.papertable import PaperTable
-from papers.spherical import spherical_table
-from papers.verdict import Item
+from papers.antenna import ANTENNA
+from papers.decoupled import DECOUPLED
+from papers.gpr import GPR
+from papers.items import Paper
+from papers.spherical import SPHERICAL
+from papers.tables import PaperTable
+from papers.verdict import Row, Verdict
 from pinmech.files.atomic import write_text
 
 #: Called with (parts done, parts in all, name of the part that comes).
 Progress = Callable[[int, int, str], None]
 
-#: Short name of a paper -> what makes its table.
-PAPERS: dict[str, Callable[[], PaperTable]] = {
-    "antenna": antenna_table,
-    "spherical": spherical_table,
-    "decoupled": decoupled_table,
-    "gpr": gpr_table,
-}
+#: Short name -> paper.
+PAPERS: dict[str, Paper[Any]] = {p.name: p for p in (ANTENNA, SPHERICAL, DECOUPLED, GPR)}
 
 #: File with id and verdict of every item, for the regression test.
 VERDICTS_FILE = "verdicts.csv"
@@ -43,20 +41,14 @@ class Reproduction:
     files: tuple[Path, ...]
 
     @property
-    def items(self) -> tuple[Item, ...]:
-        """The items of all papers."""
-        return tuple(item for table in self.tables for item in table.items)
+    def rows(self) -> tuple[Row, ...]:
+        """The rows of all papers."""
+        return tuple(row for table in self.tables for row in table.rows)
 
     @property
-    def verdicts(self) -> dict[str, str]:
+    def verdicts(self) -> dict[str, Verdict]:
         """Item id -> verdict."""
-        return {item.id: item.verdict for item in self.items}
-
-    def counts(self, paper: str | None = None) -> dict[str, int]:
-        """Verdict -> number of items, of one paper (its short name) or of all."""
-        return tables.counts(
-            item for table in self.tables if paper in (None, table.name) for item in table.items
-        )
+        return {row.id: row.verdict for row in self.rows}
 
 
 def reproduce(
@@ -64,6 +56,7 @@ def reproduce(
     progress: Progress | None = None,
     *,
     figures: bool = True,
+    papers: Iterable[Paper[Any]] = tuple(PAPERS.values()),
 ) -> Reproduction:
     """Compute every published number of the four papers from the URDF models.
 
@@ -74,43 +67,35 @@ def reproduce(
         out_dir: folder for the files, made if need be; None writes nothing.
         progress: called with (parts done, parts in all, name of the part that comes).
         figures: draw the figures as well; needs matplotlib.
+        papers: which papers; default all.
 
     Raises:
         MissingExtraError: figures are asked for and matplotlib is not installed.
         OSError: a file cannot be written.
     """
+    chosen = list(papers)
     drawing = figures and out_dir is not None
-    total = len(PAPERS) * (2 if drawing else 1)
-    done = 0
-
-    def step(name: str) -> None:
-        nonlocal done
-        if progress is not None:
-            progress(done, total, name)
-        done += 1
-
-    found = []
-    for name, make in PAPERS.items():
-        step(f"{name}: numbers")
-        found.append(make())
+    total = len(chosen) * (2 if drawing else 1)
+    tell = progress or (lambda *_: None)
+    models = {paper.name: paper.model() for paper in chosen}
+    found: list[PaperTable] = []
+    for paper in chosen:
+        tell(len(found), total, f"{paper.name}: numbers")
+        found.append(PaperTable(paper, paper.judge(models[paper.name])))
     files: list[Path] = []
     if out_dir is not None:
         folder = Path(out_dir)
         folder.mkdir(parents=True, exist_ok=True)
-        if not drawing:
-            for table in found:
-                table.forget_figures()
-        files += write(found, folder)
-        if drawing:
-            for name, draw in _drawers().items():
-                step(f"{name}: figures")
-                files += draw(folder)
-    if progress is not None:
-        progress(total, total, "done")
+        shown = found if drawing else [table.without_figures() for table in found]
+        files += write(shown, folder)
+        for done, paper in enumerate(chosen if drawing else [], start=len(chosen)):
+            tell(done, total, f"{paper.name}: figures")
+            files += draw(paper.name, models[paper.name], folder)
+    tell(total, total, "done")
     return Reproduction(tuple(found), tuple(files))
 
 
-def write(found: list[PaperTable], folder: Path) -> list[Path]:
+def write(found: Sequence[PaperTable], folder: Path) -> list[Path]:
     """Write the tables into a folder; returns the files, the index page first."""
     texts = {"README.md": tables.index_markdown(found)}
     for table in found:
@@ -122,17 +107,8 @@ def write(found: list[PaperTable], folder: Path) -> list[Path]:
     return [folder / name for name in texts]
 
 
-def _drawers() -> dict[str, Callable[[Path], list[Path]]]:
-    from papers import (
-        figures_antenna,
-        figures_decoupled,
-        figures_gpr,
-        figures_spherical,
-    )
-
-    return {
-        "antenna": figures_antenna.draw,
-        "spherical": figures_spherical.draw,
-        "decoupled": figures_decoupled.draw,
-        "gpr": figures_gpr.draw,
-    }
+def draw(name: str, model: Any, folder: Path) -> list[Path]:
+    """Draw the figures of a paper (its short name) into a folder; returns the files."""
+    # Imported here: the tables do not need matplotlib.
+    written: list[Path] = import_module(f"papers.{name}_figures").draw(folder, model)
+    return written

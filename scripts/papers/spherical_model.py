@@ -1,19 +1,20 @@
 """States of the spherical manipulator at any orientation, and its vectors u, v, w, from the URDF.
 
-``pm.inverse`` follows the straight way from home and does not pass a flat parallelogram. Much of
-what the paper prints lies beyond one, and some of it on singular poses; there the joint values are
-put together from the model's own axes at home, and ``pm.verify_closed`` confirms that they close
-all loops.
+``pm.inverse`` answers everywhere but on singular poses, and in the mode of home. Where the paper
+speaks of singular poses and of other inverse solutions, the joint values are put together from the
+model's own axes at home, and ``pm.verify_closed`` confirms that they close all loops.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
 import pinmech as pm
+from papers.items import Model
 
 Array = np.ndarray
 LIMBS = (1, 2, 3)
@@ -29,6 +30,42 @@ TABLE_1 = (
     (("-9.2803", "15.5084", "-32.0131"), ("-105.0000", "-72.7163", "-123.6816")),
     (("-41.2252", "24.4448", "-20.9387"), ("-135.0000", "-53.8398", "-118.3348")),
 )
+
+
+class Spherical(Model):
+    """What the items of the paper ask of the model; ``step`` [deg] of the grid of Figure 8."""
+
+    def __init__(self, load: Callable[[str], pm.Mechanism] = pm.load, step: float = 7.5) -> None:
+        super().__init__(load)
+        self.grid = np.arange(0.0, 90.1, step)
+
+    @cached_property
+    def mechanism(self) -> pm.Mechanism:
+        """The manipulator."""
+        return self.load("spherical_3paur")
+
+    @cached_property
+    def states(self) -> list[pm.ClosedState]:
+        """The closed states of Table 1, by inverse kinematics."""
+        rows = [np.deg2rad([float(x) for x in s]) for s, _ in TABLE_1]
+        return [pm.inverse(self.mechanism, s).unwrap() for s in rows]
+
+    @cached_property
+    def vectors(self) -> tuple[Array, Array, Array]:
+        """u, v, w of the states, each (8, 3, 3), limbs by rows."""
+        u, v, w = zip(*map(vectors, self.states), strict=True)
+        return np.array(u), np.array(v), np.array(w)
+
+    @cached_property
+    def angles(self) -> Array:
+        """φ of the states, (8, 3) [rad]."""
+        return np.array([phi(state) for state in self.states])
+
+    @cached_property
+    def scales(self) -> tuple[Array, Array]:
+        """What twists and wrenches, each (6,), are divided by to be dimensionless."""
+        length = self.mechanism.length
+        return np.repeat([length, 1.0], 3), np.repeat([1.0, length], 3)
 
 
 def limb_axes(mechanism: pm.Mechanism, limb: int) -> tuple[Array, Array, Array]:
@@ -94,35 +131,11 @@ def phi(state: pm.ClosedState) -> Array:
     return np.array(list(state.actuators.values()))
 
 
-def in_range(state: pm.ClosedState) -> bool:
-    """True when no parallelogram is flat or folded over: crank angles φ_i + 180 deg in (0, 180)."""
-    crank = np.rad2deg(phi(state)) + 180.0
-    return bool(((crank > 1e-6) & (crank < 180.0 - 1e-6)).all())
-
-
-def printed_inverse_jacobian(w: Array, angles: Array) -> Array:
-    """(15) as printed, from w_i (3, 3) by rows and φ_i (3,)."""
-    c, s = np.cos(angles), np.sin(angles)
-    n1 = w[0, 1] * s[0] - w[0, 2] * c[0]
-    n2 = w[1, 2] * s[1] - w[1, 0] * c[1]
-    n3 = w[2, 0] * s[2] - w[2, 1] * c[2]
-    return np.array(
-        [
-            [1.0, -w[0, 0] * s[0] / n1, w[0, 0] * c[0] / n1],
-            [w[1, 1] * c[1] / n2, 1.0, -w[1, 1] * s[1] / n2],
-            [-w[2, 2] * s[2] / n3, w[2, 2] * c[2] / n3, 1.0],
-        ]
-    )
-
-
-def index(state: pm.ClosedState) -> tuple[float, float]:
-    """The manipulability |det J⁻¹| of (22), and the condition number of J⁻¹ (dimensionless); NaN
-    and infinity at a singular pose."""
-    try:
-        jacobian = pm.inverse_jacobian(state)
-    except pm.SingularError:
-        return float("nan"), float("inf")
-    return float(abs(np.linalg.det(jacobian))), float(np.linalg.cond(jacobian))
+def margin(state: pm.ClosedState) -> float:
+    """How far the nearest parallelogram is from flat [deg]: crank angles φ_i + 180 deg within
+    (0, 180); negative where one is folded over."""
+    cranks = np.rad2deg(phi(state)) + 180.0
+    return float(np.minimum(cranks, 180.0 - cranks).min())
 
 
 def span_gap(first: Array, second: Array, scale: Array) -> float:
@@ -132,3 +145,15 @@ def span_gap(first: Array, second: Array, scale: Array) -> float:
         return 1.0
     a, b = (np.linalg.qr(m / scale[:, None])[0] for m in (first, second))
     return float(np.linalg.norm(b - a @ (a.T @ b), 2))
+
+
+def forces(*directions: Array) -> Array:
+    """Pure forces through O (6, n)."""
+    rows = np.array(directions).T
+    return np.vstack([rows, np.zeros_like(rows)])
+
+
+def turns(*directions: Array) -> Array:
+    """Rotations about axes through O (6, n): also pure moments as wrenches."""
+    rows = np.array(directions).T
+    return np.vstack([np.zeros_like(rows), rows])

@@ -6,36 +6,31 @@ import csv
 import io
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
-from papers.papertable import PaperTable
-from papers.verdict import MEANING, VERDICTS, Item
+from papers.items import Paper
+from papers.verdict import MEANING, VERDICTS, Row, Verdict
 
-COLUMNS = (
-    "id",
-    "place",
-    "what",
-    "published",
-    "URDF model",
-    "difference",
-    "verdict",
-    "why",
-    "figure",
-)
+#: Heads of the cells of a :class:`Row`.
+COLUMNS = [name.replace("value", "URDF model") for name in Row.__dataclass_fields__]
 
 
-def row(item: Item) -> tuple[str, ...]:
-    """The cells of an item, in the order of :data:`COLUMNS`."""
-    return (
-        item.id,
-        item.place,
-        item.what,
-        item.published,
-        item.value,
-        item.difference,
-        item.verdict,
-        item.why,
-        item.figure,
-    )
+@dataclass(frozen=True)
+class PaperTable:
+    """A paper and its judged rows."""
+
+    paper: Paper[Any]
+    rows: tuple[Row, ...]
+
+    @property
+    def name(self) -> str:
+        """The paper's short name."""
+        return self.paper.name
+
+    def without_figures(self) -> PaperTable:
+        """The same without the names of pictures, for tables that are written without them."""
+        return replace(self, rows=tuple(replace(row, figure="") for row in self.rows))
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -49,59 +44,54 @@ def csv_text(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def table_csv(table: PaperTable) -> str:
     """One paper as CSV."""
-    return csv_text(COLUMNS, (row(item) for item in table.items))
+    return csv_text(COLUMNS, (tuple(vars(row).values()) for row in table.rows))
 
 
 def verdicts_csv(tables: Iterable[PaperTable]) -> str:
-    """Item and verdict of all papers: what the regression test compares."""
-    rows = [(item.id, item.verdict) for table in tables for item in table.items]
+    """Id and verdict of all rows: what the regression test compares."""
+    rows = [(row.id, row.verdict) for table in tables for row in table.rows]
     return csv_text(("id", "verdict"), rows)
 
 
-def read_verdicts(text: str) -> dict[str, str]:
-    """Item -> verdict out of :func:`verdicts_csv`."""
-    return {row["id"]: row["verdict"] for row in csv.DictReader(io.StringIO(text))}
+def read_verdicts(text: str) -> dict[str, Verdict]:
+    """Id -> verdict out of :func:`verdicts_csv`."""
+    rows = csv.DictReader(io.StringIO(text))
+    return {row["id"]: cast(Verdict, row["verdict"]) for row in rows}
 
 
-def counts(items: Iterable[Item]) -> dict[str, int]:
-    """Verdict -> how many items have it, best first, zeros left out."""
-    found = Counter(item.verdict for item in items)
+def counts(rows: Iterable[Row]) -> dict[str, int]:
+    """Verdict -> how many rows have it, best first, zeros left out."""
+    found = Counter(row.verdict for row in rows)
     return {verdict: found[verdict] for verdict in VERDICTS if found[verdict]}
+
+
+def counted(rows: Sequence[Row]) -> str:
+    """How many rows have which verdict, in words."""
+    parts = [f"{count} {verdict}" for verdict, count in counts(rows).items()]
+    return f"{len(rows)} items: " + "; ".join(parts)
 
 
 def table_markdown(table: PaperTable) -> str:
     """One paper as a Markdown page with its figures."""
-    lines = [f"# {table.title}", "", f"{table.source}", ""]
-    lines += [f"Mechanisms: {', '.join(f'`{name}`' for name in table.mechanisms)}.", ""]
-    lines += [_counted(table.items), ""]
-    lines += [
-        "| where | what | published | URDF model | difference | verdict | why |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for item in table.items:
-        cells = (
-            f"{item.place}<br>`{item.id}`",
-            item.what,
-            item.published,
-            item.value,
-            item.difference,
-            f"**{item.verdict}**",
-            item.why,
-        )
+    paper = table.paper
+    lines = [f"# {paper.title}", "", f"{paper.source}", ""]
+    lines += [f"Mechanisms: {', '.join(f'`{name}`' for name in paper.mechanisms)}.", ""]
+    lines += [f"{counted(table.rows)}.", ""]
+    lines += ["| where | what | published | URDF model | difference | verdict | why |"]
+    lines += ["|---|---|---|---|---|---|---|"]
+    for row in table.rows:
+        where, verdict = f"{row.place}<br>`{row.id}`", f"**{row.verdict}**"
+        cells = (where, row.what, row.published, row.value, row.difference, verdict, row.why)
         lines.append("| " + " | ".join(escaped(cell) for cell in cells) + " |")
-    drawn: dict[str, list[Item]] = {}
-    for item in table.items:
-        if item.figure:
-            drawn.setdefault(item.figure, []).append(item)
-    if drawn:
-        lines += ["", "## Figures", ""]
-        for figure, items in drawn.items():
-            # Every row that the picture belongs to, under the place where it is printed.
-            places: dict[str, list[str]] = {}
-            for item in items:
-                places.setdefault(item.place, []).append(item.what)
-            caption = "; ".join(f"{place}: {', '.join(what)}" for place, what in places.items())
-            lines += [caption, "", f"![{figure}]({figure})", ""]
+    pictures: dict[str, dict[str, list[str]]] = {}
+    for row in table.rows:
+        if row.figure:
+            pictures.setdefault(row.figure, {}).setdefault(row.place, []).append(row.what)
+    lines += ["", "## Figures", ""] if pictures else []
+    for figure, places in pictures.items():
+        # Every row that the picture belongs to, under the place where it is printed.
+        caption = "; ".join(f"{place}: {', '.join(what)}" for place, what in places.items())
+        lines += [caption, "", f"![{figure}]({figure})", ""]
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -119,8 +109,8 @@ def index_markdown(tables: Sequence[PaperTable]) -> str:
         "|---|" + "---|" * (len(VERDICTS) + 1),
     ]
     for table in tables:
-        found = counts(table.items)
-        cells = [f"[{table.title}]({table.name}.md)", str(len(table.items))]
+        found = counts(table.rows)
+        cells = [f"[{table.paper.title}]({table.name}.md)", str(len(table.rows))]
         cells += [str(found.get(verdict, 0)) for verdict in VERDICTS]
         lines.append("| " + " | ".join(cells) + " |")
     lines += ["", "| verdict | meaning |", "|---|---|"]
@@ -130,13 +120,6 @@ def index_markdown(tables: Sequence[PaperTable]) -> str:
 
 def escaped(text: str) -> str:
     """Text that stays in its cell of a Markdown table."""
-    return (
-        text.replace("|", "\\|").replace("\n", " ").replace("*", "\\*")
-        if (not text.startswith("**"))
-        else text
-    )
-
-
-def _counted(items: Sequence[Item]) -> str:
-    parts = [f"{count} {verdict}" for verdict, count in counts(items).items()]
-    return f"{len(items)} items: " + ", ".join(parts) + "."
+    if text.startswith("**"):
+        return text
+    return text.replace("|", "\\|").replace("\n", " ").replace("*", "\\*")

@@ -8,65 +8,54 @@ reproducible*.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
-
-import numpy as np
-
-Array = np.ndarray
+from typing import Literal, get_args
 
 Verdict = Literal[
     "reproduced",
     "reproduced with stated assumption",
+    "assumption, consistent",
+    "by construction",
     "erratum",
+    "damage of the scan",
     "not compared",
     "not in this version",
     "not reproducible",
 ]
 
 #: The verdicts, best first.
-VERDICTS: tuple[Verdict, ...] = (
-    "reproduced",
-    "reproduced with stated assumption",
-    "erratum",
-    "not compared",
-    "not in this version",
-    "not reproducible",
-)
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 
 #: What each verdict says, for the head of a table.
-MEANING: dict[str, str] = {
+MEANING: dict[Verdict, str] = {
     "reproduced": "the URDF model gives it, within the tolerance named (default: one unit of the "
     "last printed digit)",
     "reproduced with stated assumption": "the same, under an assumption that the last column "
     "names: the paper does not print what is needed",
-    "erratum": "what is printed (or scanned) contradicts the model; the corrected form agrees",
+    "assumption, consistent": "what was assumed was chosen so that it comes out, or it follows "
+    "from what was: that it agrees shows only that nothing contradicts it",
+    "by construction": "the model was built from it (a printed size read back, the closures "
+    "themselves): that it agrees shows only that the model holds it",
+    "erratum": "what is printed contradicts the model; the corrected form agrees",
+    "damage of the scan": "the scan has lost or garbled what is printed (letters, rows, a number "
+    "gone), so the paper itself cannot be judged; the completed form agrees with the model",
     "not compared": "a drawing or curve for which the text prints no number (the scans hold no "
     "pictures); ours is drawn beside it where that says something",
     "not in this version": "needs an analysis that this version does not have",
-    "not reproducible": "the model does not give it, or the paper says too little to try",
+    "not reproducible": "the model does not give it, or has no value there, or the paper says too "
+    "little to try",
 }
 
 
-def worse(now: str, before: str) -> bool:
+def worse(now: Verdict, before: Verdict) -> bool:
     """True when a verdict is worse than an earlier one."""
     return VERDICTS.index(now) > VERDICTS.index(before)
 
 
 @dataclass(frozen=True)
-class Item:
-    """One number, table, figure or statement of a paper.
-
-    Attributes:
-        id: the paper's short name, the place and a running letter, e.g. ``antenna.eq21``.
-        place: where the paper prints it, e.g. ``eq. (21)``.
-        what: what it is.
-        published: as printed, with its unit.
-        value: out of the URDF model.
-        difference: largest difference, with unit; empty where there is nothing to subtract.
-        verdict: see :data:`MEANING`.
-        why: reason, tolerance, assumption, correction.
-        figure: file name of our picture, or empty.
-    """
+class Row:
+    """One judged number, table, figure or statement of a paper: id (``antenna.eq21``), place
+    (``eq. (21)``), what it is, as printed, out of the URDF model, largest difference (each with
+    its unit), verdict, why (reason, tolerance, assumption, correction), name of our picture."""
 
     id: str
     place: str
@@ -77,6 +66,3 @@ class Item:
     verdict: Verdict
     why: str
     figure: str = ""
-
-
-# ------------------------------------------------------------------------------------- helpers

@@ -14,8 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from papers import figures, reproduction
-from papers.papertable import PaperTable
+from papers import Paper, PaperTable, figures, reproduction
 
 import pinmech as pm
 from pinmech.actuation.motion.profiles import rest_to_rest
@@ -59,7 +58,7 @@ WRITERS: dict[str, Callable[[SizingTable, Path], object]] = {
         folder, "curves.csv", {"a [m]": np.zeros(2)}
     ),
     "paper.md": lambda _, folder: reproduction.write(
-        [PaperTable("paper", "Title", "Source", ("antenna_3rsu",))], folder
+        [PaperTable(Paper("paper", "Title", "Source", (), (), lambda: None), ())], folder
     ),
 }
 

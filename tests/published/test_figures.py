@@ -6,11 +6,12 @@ import csv
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from papers import PAPERS, figures
-from papers.reproduction import _drawers
+from papers import PAPERS, Paper, Reproduction, figures
+from papers.reproduction import draw
 
 from pinmech.errors import MissingExtraError
 
@@ -20,16 +21,23 @@ ROOT = Path(__file__).resolve().parents[2]
 COMMITTED = ROOT / "docs" / "reproduction"
 
 
+@pytest.fixture(scope="module")
+def drawn(
+    found: Reproduction, papers: tuple[Paper[Any], ...], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, list[Path]]:
+    folder = tmp_path_factory.mktemp("figures")
+    return {paper.name: draw(paper.name, paper.model(), folder) for paper in papers}
+
+
 @pytest.mark.parametrize("name", PAPERS)
-def test_figures_are_drawn_and_named_by_the_tables(name: str, tmp_path: Path) -> None:
+def test_figures_are_drawn_and_named_by_the_tables(name: str, drawn: dict[str, list[Path]]) -> None:
     from matplotlib.image import imread
 
-    written = _drawers()[name](tmp_path)
-    drawn = [path for path in written if path.suffix == ".png"]
+    pictures = [path for path in drawn[name] if path.suffix == ".png"]
     text = (COMMITTED / f"{name}.csv").read_text("utf-8")
     named = {row["figure"] for row in csv.DictReader(text.splitlines()) if row["figure"]}
-    assert {path.name for path in drawn} == named
-    for path in drawn:
+    assert {path.name for path in pictures} == named
+    for path in pictures:
         picture = imread(path)
         assert picture.shape[0] > 300
         assert picture.shape[1] > 500
@@ -37,9 +45,9 @@ def test_figures_are_drawn_and_named_by_the_tables(name: str, tmp_path: Path) ->
         assert all((side[..., :3] > 0.98).all() for side in edge), f"{path.name}: cut off"
 
 
-def test_curves_of_figures_6_and_7_are_written(tmp_path: Path) -> None:
+def test_curves_of_figures_6_and_7_are_written(drawn: dict[str, list[Path]]) -> None:
     """The columns agree with each other: rates are the slopes of the angles at 1 deg/s."""
-    written = {path.name: path for path in _drawers()["antenna"](tmp_path)}
+    written = {path.name: path for path in drawn["antenna"]}
     angles = np.genfromtxt(written["antenna_fig6_curves.csv"], delimiter=",", names=True)
     moving = np.genfromtxt(written["antenna_fig7_curves.csv"], delimiter=",", names=True)
     assert len(angles) == len(moving) > 100
