@@ -86,7 +86,7 @@ def test_a_mechanism_is_frozen(antenna: pm.Mechanism) -> None:
             array[0] = 0.0
 
 
-@pytest.mark.parametrize("name", ["lower", "upper", "turning", "quantities", "home"])
+@pytest.mark.parametrize("name", ["lower", "upper", "turning", "velocity_scale", "home"])
 def test_no_flag_makes_numbers_writable(antenna: pm.Mechanism, name: str) -> None:
     """A read-only flag alone could be taken back; here there is nothing to write to."""
     for mech in (antenna, antenna.with_friction({"arm1": (0.1, 0.1)})):

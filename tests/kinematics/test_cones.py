@@ -167,7 +167,7 @@ def test_mechanisms_without_cones_pay_nothing(
 
     assert antenna.home.cones == {}
     monkeypatch.setattr(cones, "cone_angles", never)
-    monkeypatch.setattr("pinmech.kinematics.path.within_cones", never)
+    monkeypatch.setattr("pinmech.kinematics.rows.within_cones", never)
     assert pm.inverse(antenna, [0.1, 0.2]).success
     assert pm.inverse_path(antenna, disc(0.2, 50, 3)).success.all()
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
@@ -33,10 +33,8 @@ from pinmech.files.atomic import write_text
 from pinmech.files.cells import csv_cell
 from pinmech.frozen import Sealed, frozen
 from pinmech.numeric import file_path, names_of, numbers, one_of, positive, shown
+from pinmech.structure.inputs_outputs import Outputs
 from pinmech.units import Quantity, heading
-
-if TYPE_CHECKING:
-    from pinmech.structure.inputs_outputs import Outputs
 
 Array = np.ndarray
 
@@ -276,5 +274,5 @@ class Trajectory(Sealed):
 
 
 def _check_outputs(outputs: Outputs) -> None:
-    if not (hasattr(outputs, "names") and hasattr(outputs, "angular")):
+    if not isinstance(outputs, Outputs):
         raise InputError(f"outputs must be those of a mechanism, mech.outputs; is {shown(outputs)}")

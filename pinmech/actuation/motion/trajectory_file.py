@@ -8,21 +8,17 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pinmech.errors import Fault, TrajectoryError, suggest
 from pinmech.files.cells import csv_text
+from pinmech.structure.inputs_outputs import Outputs
 from pinmech.units import NUMBER, UNITS, Quantity, heading
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from pinmech.structure.inputs_outputs import Outputs
 
 Array = np.ndarray
 

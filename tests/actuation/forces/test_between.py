@@ -14,9 +14,9 @@ from kinematics.test_limits import limited
 from oracles import antenna as oracle
 
 import pinmech as pm
+from pinmech.actuation.forces import between
 from pinmech.actuation.forces.between import Breakdown, Motion, breakdowns
 from pinmech.actuation.forces.demand import demand_path
-from pinmech.actuation.motion import between
 from pinmech.actuation.motion.profiles import rest_to_rest, sweep
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.actuation.sizing.case import Case, LoadCase
