@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg import lapack
 
-from pinmech.equations.closed import is_closed
+from pinmech.equations.closed import is_closed, only_points
+from pinmech.equations.misalignment import Misalignment
 from pinmech.equations.newton import CLAMP, newton
 from pinmech.equations.problem import Problem
 from pinmech.equations.starts import starts
@@ -133,15 +134,21 @@ def nearest_approach(
     structure: Structure, system: ClosureSystem, problem: Problem, q: Array
 ) -> float:
     """How near the equations can be brought to closing [m], searched from 16 starts; 0 when they
-    close with every axis the right way round. ``q`` (nq,) has the held coordinates set."""
+    close with every axis the right way round. ``q`` (nq,) has the held coordinates set.
+
+    Measured with angles, not with anchors: with an axis turned round these vanish as well.
+    """
+    measured = problem
+    if not only_points(structure):
+        measured = Misalignment(structure, problem.free, pose=problem.pose)
     best, closest = np.inf, q
     for values in starts(structure, problem.free, q[problem.free], _STARTS):
         trial = q.copy()
         trial[problem.free] = values
-        left = minimise(problem, system, trial, iterations=60)
+        left = minimise(measured, system, trial, iterations=60)
         if left < best:
             best, closest = left, trial.copy()
         run = newton(problem, system, trial)
         if run.converged and is_closed(structure, run.at.data):
             return 0.0
-    return closest_point(problem, system, closest) * structure.length
+    return closest_point(measured, system, closest) * structure.length

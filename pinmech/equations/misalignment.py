@@ -40,11 +40,17 @@ class Misalignment(Problem):
 
     def residual_at(self, at: Configuration) -> Array:
         """(m,) [m]; angles count as characteristic length · angle."""
-        return np.concatenate([self._residual(loop, at) for loop in self._loops])
+        parts = [self._residual(loop, at) for loop in self._loops]
+        if self.pose is not None:
+            parts.append(self._pose_residual(at, self.pose))
+        return np.concatenate(parts)
 
     def matrix_at(self, at: Configuration) -> Array:
         """(m, n_free) derivative of the residual."""
-        return np.vstack([self._matrix(loop, at) for loop in self._loops])
+        parts = [self._matrix(loop, at) for loop in self._loops]
+        if self.pose is not None:
+            parts.append(self._pose_jacobian(at, self.pose)[:, self.free])
+        return np.vstack(parts)
 
     @cached_property
     def _loops(self) -> list[Loop]:
