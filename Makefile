@@ -59,8 +59,9 @@ check: $(VENV)/.test
 	$(BIN)/python scripts/make_relay_trajectory.py --check
 	$(BIN)/python scripts/make_sun_trajectory.py --check
 
+# Two processes: more cores help less than their start costs. COV adds options, as CI does.
 pytest: $(VENV)/.test
-	$(BIN)/python -m pytest
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal $(COV)
 
 slow: $(VENV)/.test
 	$(BIN)/python -m pytest -m slow

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import grimp
 
+import pinmech
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "pinmech"
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
@@ -48,6 +50,17 @@ def test_the_linter_holds_the_same_order() -> None:
     # designs stand beside analysis and actuation.
     heights = [height[name] for name in floors]
     assert heights == sorted(heights)
+
+
+def test_the_version_stands_in_one_place() -> None:
+    """In the package; the build reads it there, the citation and the changelog agree."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert project["project"]["dynamic"] == ["version"]
+    assert project["tool"]["hatch"]["version"]["path"] == "pinmech/__init__.py"
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"version: {pinmech.__version__}\n" in citation
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [{pinmech.__version__}]" in changes
 
 
 def test_files_that_the_page_names_exist() -> None:

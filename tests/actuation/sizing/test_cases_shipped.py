@@ -214,11 +214,10 @@ def test_slider_force_by_hand(load_case: str) -> None:
 @pytest.mark.parametrize("name", ["solar_tracker_pf", "solar_tracker_4r"])
 def test_an_actuator_at_rest_has_no_speed(name: str) -> None:
     """Rounding beside the other's speed is not printed as data."""
-    table = pm.size_actuators(name)
-    row = table.row("return", "all", "q2")
+    row = table(name).row("return", "all", "q2")
     assert (row.peak_speed, row.peak_motoring, row.positive_work) == (0.0, 0.0, 0.0)
     assert row.peak_torque > 0.1
-    assert table.row("return", "all", "q1").peak_speed > 0.1
+    assert table(name).row("return", "all", "q1").peak_speed > 0.1
 
 
 def test_crank_torque_by_hand() -> None:
