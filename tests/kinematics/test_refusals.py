@@ -77,3 +77,14 @@ def test_a_guess_at_the_fold_does_not_say_which_way_to_go(rsur: pm.Mechanism) ->
     else:  # as near as it gets the step back is still determined: then it is the way it came
         straight = pm.inverse(rsur, [-0.2], limits=False).unwrap()
         np.testing.assert_allclose(found.unwrap().q, straight.q, atol=1e-8)
+
+
+def test_next_to_a_singularity_a_jacobian_is_refused_by_name() -> None:
+    """Two thresholds see this pose differently: the rank counts a fourth freedom, the smallest
+    singular value is not yet 0. What does not exist raises SingularError, nothing of numpy's."""
+    mech = pm.load("spherical_3paur")
+    state = pm.inverse(mech, np.deg2rad([0.0, 89.99937451, 0.0]), limits=False).unwrap()
+    assert pm.mobility(state).dof == 4
+    for ask in (pm.inverse_jacobian, lambda s: pm.velocity(s, [0.1, 0.1, 0.1])):
+        with pytest.raises(pm.SingularError, match="type 1 singularity"):
+            ask(state)

@@ -72,7 +72,7 @@ def test_coulomb_follows_the_heading_and_damping_the_speed(antenna: pm.Mechanism
 
 
 def curve(mech: pm.Mechanism, law: str) -> tuple[Array, Array, Array]:
-    """Values, rates and accelerations of the two ends of a motion from rest to rest, with a dwell."""
+    """Values, rates and accelerations of both ends of a motion from rest to rest, with a dwell."""
     centre = {"pose": [*HOME, 0, 0, 0], "translation": HOME, "orientation": np.zeros(3)}
     start = np.array(centre.get(mech.outputs.kind, np.zeros(len(mech.outputs))))
     if mech.name == "antenna_3rsu_s":
