@@ -5,7 +5,8 @@ One record for each mechanism. It never changes, for neither do structure and ho
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -34,6 +35,7 @@ class Facts:
 
     structure: Structure
     home: Array
+    _choices: dict[tuple[int, ...], Held] = field(default_factory=dict, repr=False)
 
     @cached_property
     def motions(self) -> Motions:
@@ -64,7 +66,15 @@ class Facts:
     @cached_property
     def outputs_held(self) -> Held:
         """The choice of held coordinates that the outputs are; none where they are a pose."""
-        return Held(self.structure, np.array(self.structure.outputs.coordinates, dtype=int))
+        return self.holding(self.structure.outputs.coordinates)
+
+    def holding(self, coordinates: Sequence[int]) -> Held:
+        """A choice of held coordinates; of each there is one record."""
+        key = tuple(coordinates)
+        found = self._choices.get(key)
+        if found is None:
+            found = self._choices[key] = Held(self.structure, np.array(key, dtype=int))
+        return found
 
     @cached_property
     def generic_rank(self) -> int:

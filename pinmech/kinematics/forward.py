@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pinmech.equations.closed import solved
-from pinmech.equations.limb_rows import holds_platform
 from pinmech.equations.limits import limit_breaches
 from pinmech.errors import InputError, UnknownNameError
 from pinmech.kinematics.arguments import asked, guess_state, vector
@@ -16,7 +15,7 @@ from pinmech.kinematics.forward_strategies import Lines, one_step
 from pinmech.kinematics.refusals import refused
 from pinmech.kinematics.solution import CONVERGED, Solution
 from pinmech.mechanism.mechanism import ClosedState, Mechanism, closed_state
-from pinmech.structure.closures import ClosureSystem
+from pinmech.structure.closures import ClosureSystem, Configuration
 
 Array = np.ndarray
 
@@ -106,23 +105,23 @@ class ForwardSolver:
         q = lines.follow()
         if q is None:
             return lines.refusal()
-        return self._verified(q, lines.iterations)
+        return self._verified(self.system.evaluate(q), lines.iterations)
 
-    def _verified(self, q: Array, iterations: int) -> Solution:
-        """The solution of joint values that were reached, whose closure is proved."""
-        mechanism = self.mechanism
+    def _verified(self, at: Configuration, iterations: int) -> Solution:
+        """The solution of a configuration that was reached, whose closure is proved."""
+        mechanism, q = self.mechanism, at.q
         if self.limits and (breaches := limit_breaches(mechanism, q)):
             return refused("limit", f"needs {breaches[0]}", iterations)
-        at = self.system.evaluate(q)
         wrong, residual = solved(mechanism, at.data)
         if wrong:
             return refused("not_converged", wrong, iterations)
-        labels = mechanism.facts.labels
+        labels, rest = mechanism.facts.labels, mechanism.facts.platform
         if not labels.hold(at):
             message = "the straight line leaves the branch of home where another one crosses it"
             return refused("singular", message, iterations)
         # Where branches cross, the line may have left for one on which the platform is locked.
-        if not (labels.complete and holds_platform(mechanism)) and (locked := labels.meeting(at)):
+        held = rest.fixed and mechanism.outputs.kind == "joints"
+        if not (labels.complete and held) and (locked := labels.meeting(at)):
             message = (
                 f"the actuators lead to a type 1 singularity of limb {', '.join(locked)}, "
                 "where they no longer move the platform"

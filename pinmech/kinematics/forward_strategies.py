@@ -23,7 +23,7 @@ from pinmech.kinematics.drive import DETERMINED, ActuatorValues
 from pinmech.kinematics.near_newton import NearNewton
 from pinmech.kinematics.refusals import refused
 from pinmech.kinematics.solution import Solution
-from pinmech.structure.closures import ClosureSystem
+from pinmech.structure.closures import ClosureSystem, Configuration
 from pinmech.units import Quantity
 
 Array = np.ndarray
@@ -41,15 +41,16 @@ _SEARCHES = 16
 
 def one_step(
     drive: ActuatorValues, system: ClosureSystem, held: Array, values: Array, start: Array
-) -> tuple[Array, int] | None:
+) -> tuple[Configuration, int] | None:
     """The answer where one step of the continuation is enough, and the linear systems it took;
     None where it is not, or where there are not as many equations as unknowns."""
     mechanism = drive.mechanism
     if len(held) != drive.needed or system.rows + len(held) != mechanism.model.nv:
         return None
-    solver = NearNewton(mechanism, system, Held(mechanism, held))
-    ahead = solver.step_from(start, values)
-    return None if ahead is None else (ahead, solver.iterations)
+    solver = NearNewton(mechanism, system, mechanism.facts.holding(held.tolist()))
+    if solver.step_from(start, values) is None:
+        return None
+    return solver.at, solver.iterations
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ class Lines:
         ahead = one_step(self._drive, self._system, held, values, start)
         if ahead is not None:
             self.iterations += ahead[1]
-            return ahead[0]
+            return ahead[0].q
         line = self._joint_line(held, values, start)
         tracked = follow(self._mechanism.facts, line, self._system, start)
         self.iterations += tracked.iterations

@@ -126,10 +126,12 @@ def _near(question: Question, q: Array) -> Answer | None:
     if not solver.solve(q):
         return None
     question.seen.iterations += solver.iterations
-    wrap_towards(mechanism, q, question.start, question.free)
     # Within its limits no passive joint has flipped through its lock.
-    if limit_breaches(mechanism, q, cones=question.limits):
-        return None
+    far = np.abs(q - question.start).max() > np.pi
+    if far or limit_breaches(mechanism, q, cones=question.limits):
+        wrap_towards(mechanism, q, question.start, question.free)
+        if limit_breaches(mechanism, q, cones=question.limits):
+            return None
     return Answer(q, solver.at, regular=True)
 
 

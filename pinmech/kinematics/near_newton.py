@@ -72,6 +72,7 @@ class NearNewton:
         self._bound = (CLOSED * mechanism.length) ** 2
         self._least, self._sign = 0.0, 1.0
         self._factors: tuple[Array, Array, Array] | None = None
+        self._order = np.arange(system.rows)
 
     def newton(self, q: Array, moved: float = 0.0) -> bool:
         """Newton in place from q with its held coordinates set; False when it is not to be trusted.
@@ -163,7 +164,7 @@ class NearNewton:
         lu, pivots, _, info = lapack.dgesv(k[:, self._free], np.zeros(k.shape[0]))
         self._factors = (lu, pivots, k) if info == 0 else None
         diagonal = lu.diagonal()
-        found = float(determinants(diagonal[None], [pivots])[0])
+        found = self._determinant(diagonal, pivots)
         self._sign, self._least = np.sign(found), _NEAR_SINGULAR * abs(found)
         size = np.abs(diagonal)
         return bool(size.min() > RANK * size.max())
@@ -178,7 +179,13 @@ class NearNewton:
         moved = self.predict(ahead, values - q[self.held.held])
         if moved > LONGEST_MOVE or not self.newton(ahead, moved):
             return None
-        return ahead if self.agree(ahead[None], self.diagonal[None], [self.pivots])[0] else None
+        same = self._determinant(self.diagonal, self.pivots) * self._sign > self._least
+        return ahead if same else None
+
+    def _determinant(self, diagonal: Array, pivots: Array) -> float:
+        """:func:`determinants` of one matrix."""
+        swaps = np.count_nonzero(pivots != self._order)
+        return float(np.multiply.reduce(diagonal)) * (-1.0 if swaps % 2 else 1.0)
 
 
 def determinants(diagonals: Array, pivots: list[Array]) -> Array:

@@ -25,7 +25,7 @@ Progress = Callable[[int, int], None]
 #: Relative change of the step along the path up to which extrapolation pays.
 _SMOOTH = 0.3
 #: Rows that are solved before their signs and limits are checked together.
-_BLOCK = 128
+_BLOCK = 256
 #: Weights of the rows before a row, by order of the polynomial through them.
 _EXTRAPOLATE = [
     np.array([(-1.0) ** (order - j) * math.comb(order + 1, j) for j in range(order + 1)])

@@ -178,7 +178,6 @@ def open_tree(
     v = motion @ rates
     friction = friction_forces(mechanism, v, None if heading is None else motion @ heading)
     model = loads.model_of(mechanism)
-    data = model.createData()
     with mechanism.scratch() as system:
         at = system.evaluate(state.q)
         wrench = _external(mechanism, at, loads)
@@ -186,12 +185,13 @@ def open_tree(
             name: relative_placement(loop, at.data) for name, loop in mechanism.loops.items()
         }
         a = acceleration_at(linear, at, v, accelerations)
-    idle = linear.idle * mechanism.velocity_scale[:, None]
-    rests = bool(max(np.abs(v).max(), np.abs(a).max()) <= REST)
-    still = np.array(pin.computeGeneralizedGravity(model, data, state.q)) - wrench
-    if idle.shape[1]:
-        a = a + _idle_acceleration(model, data, idle, state.q, v, a, friction - wrench)
-    required = np.array(pin.rnea(model, data, state.q, v, a)) + (friction - wrench)
+        idle = linear.idle * mechanism.velocity_scale[:, None]
+        rests = bool(max(np.abs(v).max(), np.abs(a).max()) <= REST)
+        data = at.data  # of the same tree, whatever its masses
+        still = np.array(pin.computeGeneralizedGravity(model, data, state.q)) - wrench
+        if idle.shape[1]:
+            a = a + _idle_acceleration(model, data, idle, state.q, v, a, friction - wrench)
+        required = np.array(pin.rnea(model, data, state.q, v, a)) + (friction - wrench)
     return OpenTree(
         motion=motion,
         loose=outputs.loose,

@@ -90,8 +90,14 @@ class Loads:
             raise InputError(f"payload must be a Payload, is {shown(self.payload)}")
 
     def model_of(self, mechanism: Mechanism) -> pin.Model:
-        """The mechanism's open-tree model with this gravity and payload."""
-        model = mechanism.model.copy()
+        """The mechanism's open-tree model with this gravity and payload: itself where it has them.
+
+        Treat it as read-only.
+        """
+        model = mechanism.model
+        if self.payload is None and (model.gravity.linear == self.gravity).all():
+            return model
+        model = model.copy()
         model.gravity = pin.Motion(np.array([*self.gravity, 0.0, 0.0, 0.0]))
         if self.payload is not None and self.payload.mass > 0:
             body = pin.Inertia(
@@ -112,4 +118,7 @@ def given_loads(loads: Loads | None) -> Loads:
         raise InputError(
             f"loads must be Loads, as in pm.Loads(payload=pm.Payload(3.0)), is {shown(loads)}"
         )
-    return Loads() if loads is None else loads
+    return _GRAVITY_ALONE if loads is None else loads
+
+
+_GRAVITY_ALONE = Loads()
