@@ -154,7 +154,7 @@ STRANGE: dict[str, tuple[object, str]] = {
     "complex array": (np.array([1.0, 2.0], dtype=complex), "complex numbers"),
     "masked": (np.ma.array([1.0, 2.0], mask=[False, True]), "masked entries"),
     "masked entry": ([np.ma.masked, 1.0], "masked entries"),
-    "masked rows": ([np.ma.array([1.0, 2.0], mask=[0, 1])], "masked entries"),
+    "masked rows": ([np.ma.array([1.0, 2.0], mask=[False, True])], "masked entries"),
     "dates": (np.array(["2026-01-01"], dtype="M8[D]"), "dates"),
     "spans": (np.array([1, 2], dtype="m8[s]"), "time spans"),
     "records": (np.zeros(2, dtype=[("a", float)]), "records"),

@@ -21,7 +21,8 @@ class Tree:
     """An open tree grown joint by joint, each at a point [m] and along an axis in base axes."""
 
     def __init__(self, name: str) -> None:
-        self.name, self.parts, self.loops = name, [link_text("base")], []
+        self.name, self.parts = name, [link_text("base")]
+        self.loops: list[str] = []
         self.at: dict[str, np.ndarray] = {"base": np.zeros(3)}
 
     def joint(self, name: str, kind: str, parent: str, child: str, at: Vector, axis: Vector) -> str:

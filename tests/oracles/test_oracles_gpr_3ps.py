@@ -87,7 +87,7 @@ def test_matrices_by_differences() -> None:
         x = oracle.slider_lengths(y)
         np.testing.assert_allclose(oracle.constraints(p, y), 0, atol=1e-16)
 
-        def slope(f, at: Array) -> Array:  # type: ignore[no-untyped-def]
+        def slope(f, at: Array) -> Array:
             steps = e * np.eye(at.size)
             return np.stack([(f(at + d) - f(at - d)) / (2 * e) for d in steps], axis=-1)
 

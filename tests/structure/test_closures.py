@@ -200,7 +200,7 @@ def test_each_direction_is_free_or_noticed(kind: str, size: float) -> None:
         closed = closed_relative(kind, rng)
         for direction in range(6):
             moved = displaced(closed, direction, size)
-            found = [np.linalg.norm(residual_of(kind, moved)), gap(loop, moved, LENGTH)]
+            found = [float(np.linalg.norm(residual_of(kind, moved))), gap(loop, moved, LENGTH)]
             if direction in FREE[kind]:
                 assert max(found) < 1e-14, (direction, found)
             elif kind != "universal" or direction < 3:
@@ -217,7 +217,7 @@ def test_universal_notices_only_the_angle_between_its_axes(size: float) -> None:
         second = closed.rotation[:, 2]  # in frame 1, perpendicular to z
         for axis, free in ((second, True), (np.cross([0, 0, 1], second), False)):
             moved = pin.SE3(pin.exp3(size * axis) @ closed.rotation, np.zeros(3))
-            found = [np.linalg.norm(residual_of("universal", moved)), gap(loop, moved, LENGTH)]
+            found = [float(np.linalg.norm(residual_of("universal", moved))), gap(loop, moved, LENGTH)]
             if free:
                 assert max(found) < 1e-14
             else:
