@@ -100,7 +100,7 @@ MESSAGES: dict[str, tuple[Callable[[Subjects], object], type[Exception], str]] =
         "q values must be numbers, found text",
     ),
     "names as one text": (
-        lambda s: pm.Trajectory("alpha", [0, 1], [[0], [1]]),  # type: ignore[arg-type]
+        lambda s: pm.Trajectory("alpha", [0, 1], [[0], [1]]),
         InputError,
         "outputs must be a list of names",
     ),

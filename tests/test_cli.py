@@ -8,6 +8,7 @@ import json
 import re
 import subprocess
 import sys
+import webbrowser
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,6 @@ from scipy.optimize import minimize_scalar
 from small import hooke
 
 import pinmech as pm
-from pinmech.cli import app as commands
 from pinmech.cli.run import run
 from pinmech.cli.values import assignments, modes, values
 from pinmech.errors import InputError, UnknownNameError
@@ -74,6 +74,7 @@ def test_info_lists_the_cones(call) -> None:
         assert line.rstrip().endswith(f"up to {np.rad2deg(loop.limit.angle):.4f} deg")
     record = json.loads(call("info", mech.name, "--json")[1])["loops"]
     for name, loop in mech.loops.items():
+        assert loop.limit is not None
         assert record[name]["limit"]["angle"] == loop.limit.angle
         assert np.array_equal(record[name]["limit"]["axes"], loop.limit.axes)
     # A ball joint without a cone says so; a closure that can have none says nothing.
@@ -322,7 +323,7 @@ def test_view(call, tmp_path) -> None:
 
 def test_view_of_a_trajectory_says_what_it_leaves_out(call, tmp_path, monkeypatch) -> None:
     opened = []
-    monkeypatch.setattr(commands.webbrowser, "open", lambda url, new=0: opened.append(url))
+    monkeypatch.setattr(webbrowser, "open", lambda url, new=0: opened.append(url))
     file = tmp_path / "t.csv"
     file.write_text("time [s],alpha [deg],beta [deg]\n0,0,0\n1,5,0\n2,80,0\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -432,7 +433,7 @@ def test_an_interrupt_is_one_line(call, monkeypatch) -> None:
     def interrupted(name, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(commands.pm, "load", interrupted)
+    monkeypatch.setattr(pm, "load", interrupted)
     assert call("info", "antenna_3rsu") == (130, "", "pinmech: interrupted\n")
 
 

@@ -75,7 +75,7 @@ def test_unknown_attribute() -> None:
         exec("from pinmech import no_such_thing")
 
 
-def annotations(function: Callable) -> dict[str, str]:
+def annotation_texts(function: Callable) -> dict[str, str]:
     """Annotation texts of all parameters that are no callables, and of the result."""
     given = getattr(function, "__annotations__", {})
     texts = {
@@ -87,7 +87,7 @@ def annotations(function: Callable) -> dict[str, str]:
 
 def lacks_units(function: Callable) -> bool:
     """True when numbers go in or out and the docstring names no unit."""
-    if not any(NUMERIC.search(text) for text in annotations(function).values()):
+    if not any(NUMERIC.search(text) for text in annotation_texts(function).values()):
         return False
     text = inspect.getdoc(function) or ""
     return not UNIT.search(text) and not COUNTED.search(text)
@@ -132,7 +132,7 @@ def entries(text: str) -> dict[str, str]:
 @pytest.mark.parametrize("name", classes())
 def test_numeric_fields_name_their_units(name: str) -> None:
     """Each field of a public dataclass that holds numbers is listed, with its unit."""
-    cls = getattr(pm, name)
+    cls: type = getattr(pm, name)
     if not dataclasses.is_dataclass(cls):
         return
     listed: dict[str, str] = {}
@@ -217,11 +217,12 @@ def constraint_calls(path: Path) -> list[str]:
     for node in ast.walk(tree):
         if id(node) in annotated:
             continue
-        names = []
         if isinstance(node, ast.Attribute):
             names = [node.attr]
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pinocchio"):
             names = [alias.name for alias in node.names]
+        else:
+            continue
         found += [f"{path.name}:{node.lineno} {n}" for n in names if CONSTRAINT_API.search(n)]
     return found
 
@@ -353,9 +354,9 @@ def ask() -> None:
         for bad in [*BAD_TEXTS, *BAD_OTHERS]:
             if in_mapping(what) and isinstance(bad, list | dict):
                 continue  # no key of a mapping
+            kinds: tuple[str, ...] = ("nothing",)
             try:
-                got, kinds = call(bad), ("nothing",)
-                message = repr(got)[:80]
+                message = repr(call(bad))[:80]
             except Exception as error:
                 kinds = tuple(kind.__name__ for kind in type(error).__mro__)
                 message = str(error)[:200]

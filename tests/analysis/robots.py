@@ -13,6 +13,7 @@ import numpy as np
 from small import X, Y, Z, joint_text, link_text, rpy_of, turn_to
 
 import pinmech as pm
+from pinmech.description.schema import FrameSpec
 
 Vector = Sequence[float] | np.ndarray
 
@@ -162,6 +163,7 @@ def side_by_side(one: pm.Mechanism, two_urdf: str, two: pm.Mechanism) -> pm.Mech
         for loop in mechanism.description.loops:
             frames = []
             for frame in loop.frames:
+                assert isinstance(frame, FrameSpec)
                 link = frame.link if frame.link == "base" else prefix + frame.link
                 frames.append(f"{{link: {link}, xyz: {frame.xyz}, rpy: {frame.rpy}}}")
             name, both = prefix + loop.name, ", ".join(frames)

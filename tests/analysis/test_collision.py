@@ -18,14 +18,15 @@ from pinmech.errors import InputError
 #: A parallelogram: the coupler moves along a circle of the crank's length without turning.
 CRANK, GROUND = 0.1, 0.3
 SPHERE = '<sphere radius="0.02"/>'
+#: Link -> its shapes: geometry and position [m, link axes].
+Shapes = dict[str, list[tuple[str, tuple[float, float, float]]]]
 #: Long shapes from joint to joint, thick enough to overlap at each: what neighbours do.
-BARS = {
+BARS: Shapes = {
     "crank": [(f'<box size="{CRANK} 0.03 0.03"/>', (CRANK / 2, 0, 0))],
     "coupler": [(f'<box size="{GROUND} 0.03 0.03"/>', (GROUND / 2, 0, 0))],
     "rocker": [(f'<box size="{CRANK} 0.03 0.03"/>', (-CRANK / 2, 0, 0))],
     "base": [('<cylinder radius="0.03" length="0.03"/>', (0, 0, 0))],
 }
-Shapes = dict[str, list[tuple[str, tuple[float, float, float]]]]
 
 
 def parallelogram(shapes: Shapes, *, cross: bool = False, crank: float = CRANK) -> pm.Mechanism:
@@ -171,7 +172,7 @@ def test_shapes_of_one_body_do_not_collide_with_each_other() -> None:
 def test_crank_and_rocker_fold_onto_each_other() -> None:
     """Cranks as long as the ground lie on one line when they point along x."""
     bar = f'<box size="{GROUND} 0.02 0.02"/>'
-    long = {
+    long: Shapes = {
         "crank": [(bar, (GROUND / 2, 0.0, 0.0))],
         "rocker": [(bar, (-GROUND / 2, 0.0, 0.0))],
     }

@@ -941,7 +941,12 @@ def test_a_mesh_of_several_shapes_is_read_once(tmp_path: Path, monkeypatch) -> N
     (tmp_path / "part.stl").write_text("solid x\nvertex 0 0 nan\nendsolid x\n")
     read = []
     real = meshes.mesh_problem
-    monkeypatch.setattr(meshes, "mesh_problem", lambda path: read.append(path) or real(path))
+
+    def counting(path: Path) -> str | None:
+        read.append(path)
+        return real(path)
+
+    monkeypatch.setattr(meshes, "mesh_problem", counting)
     shape = '<visual><geometry><mesh filename="part.stl"/></geometry></visual>'
     urdf = changed(URDF, ('<link name="tip"/>', f'<link name="tip">{shape}{shape}</link>'))
     found = faults(tmp_path, urdf=urdf)

@@ -25,6 +25,7 @@ from pinmech.designs import (
     solids,
 )
 from pinmech.designs.dimensions import check_dimensions
+from pinmech.designs.hardware import STEEL
 from pinmech.errors import InputError
 
 POINTS = [

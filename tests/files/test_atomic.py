@@ -21,7 +21,6 @@ from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.actuation.sizing.table import SizingTable
-from pinmech.files import atomic
 from pinmech.files.atomic import write_bytes, write_text
 from pinmech.show.plots.torques import save_torque_plots
 
@@ -95,7 +94,7 @@ def test_a_full_disk_costs_nothing_and_the_error_names_the_file(
     target.write_bytes(b"yesterday's")
     before = sorted(tmp_path.iterdir())
     real = os.fdopen
-    monkeypatch.setattr(atomic.os, "fdopen", lambda *given: FullDisk(real(*given)))
+    monkeypatch.setattr(os, "fdopen", lambda *given: FullDisk(real(*given)))
     with pytest.raises(OSError, match="No space left") as caught:
         WRITERS[key](table, tmp_path)
     assert caught.value.errno == errno.ENOSPC
@@ -115,7 +114,7 @@ def test_any_step_may_fail(step: str, tmp_path: Path, monkeypatch) -> None:
     def fail(*_):
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
-    monkeypatch.setattr(atomic.os, step, fail)
+    monkeypatch.setattr(os, step, fail)
     with pytest.raises(OSError, match="cannot be written"):
         write_text(target, "new")
     assert target.read_text() == "old"
@@ -128,7 +127,7 @@ def test_an_interrupt_leaves_the_old_file(tmp_path: Path, monkeypatch) -> None:
     def interrupted(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(atomic.os, "fsync", interrupted)
+    monkeypatch.setattr(os, "fsync", interrupted)
     with pytest.raises(KeyboardInterrupt):
         write_text(target, "new")
     assert target.read_text() == "old"
@@ -205,7 +204,7 @@ def _umask() -> int:
 
 def test_a_write_protected_file_is_refused(tmp_path: Path, monkeypatch) -> None:
     target = write_text(tmp_path / "a", "old")
-    monkeypatch.setattr(atomic.os, "access", lambda *_: False)  # root may write anything
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write anything
     with pytest.raises(PermissionError, match="cannot be written"):
         write_text(target, "new")
     assert target.read_text() == "old"

@@ -61,7 +61,8 @@ def test_round_trips_around_home(mech: pm.Mechanism, arms: tuple[int, ...]) -> N
         np.testing.assert_allclose(pose_of(back), pose, atol=1e-11 / weakest)
         np.testing.assert_allclose(back.q, state.q, atol=1e-10 / weakest)
         if len(arms) == 2:
-            known = oracle.forward_all(dim, *angles(state)[list(arms)], arms=arms)
+            first, second = angles(state)[list(arms)]
+            known = oracle.forward_all(dim, first, second, arms)
             assert np.abs(oracle.wrap(known - pose_of(back))).max(axis=1).min() < 1e-8 / weakest
 
 
@@ -136,7 +137,8 @@ def test_contradicting_arms_are_refused_with_the_mismatch(mech: pm.Mechanism) ->
         assert found is not None, solution.message
         blamed = ARMS.index(found[1])
         others = tuple(k for k in range(3) if k != blamed)
-        known = oracle.forward_all(dim, *theta[list(others)], arms=others)
+        first, second = theta[list(others)]
+        known = oracle.forward_all(dim, first, second, others)
         there = known[np.abs(oracle.wrap(known - pose)).max(axis=1).argmin()]
         needed = cranks(dim, there)[0, blamed]
         assert float(found[2]) == pytest.approx(np.rad2deg(theta[blamed]), rel=6e-4)

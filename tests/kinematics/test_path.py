@@ -75,14 +75,14 @@ def test_rows_out_of_reach_are_nan_and_the_path_recovers_in_its_mode(
     antenna: pm.Mechanism, sign: int
 ) -> None:
     dim, poses = DIMENSIONS["antenna_3rsu"], gap_path()
-    within: np.ndarray = (margins(dim, poses) >= 0).all(axis=1)
+    within = np.all(margins(dim, poses) >= 0, axis=1)
     assert not within[0]
     assert not within[-1]
     turns = np.flatnonzero(np.diff(within.astype(int)))
     assert len(turns) >= 2
     # Two visits, with a gap between that no continuation can cross.
     poses = np.vstack([poses, poses[::-1] * [1, -1]])
-    within: np.ndarray = (margins(dim, poses) >= 0).all(axis=1)
+    within = np.all(margins(dim, poses) >= 0, axis=1)
     path = pm.inverse_path(antenna, poses, mode=dict.fromkeys(ARMS, sign))
     np.testing.assert_array_equal(path.success, within)
     assert set(path.status[within]) == {"ok"}

@@ -37,7 +37,9 @@ def test_each_drive_has_a_panel_with_the_torques_of_its_actuators(table) -> None
         history = table.histories["a/b", drive]
         drawn = curves(ax)
         assert tuple(drawn) == history.actuators
-        assert [t.get_text() for t in ax.get_legend().get_texts()] == list(history.actuators)
+        legend = ax.get_legend()
+        assert legend is not None
+        assert [t.get_text() for t in legend.get_texts()] == list(history.actuators)
         for k, name in enumerate(history.actuators):
             np.testing.assert_array_equal(drawn[name].get_xdata(), history.time)
             np.testing.assert_array_equal(drawn[name].get_ydata(), history.torques[:, k])
@@ -93,6 +95,7 @@ def test_files(table, tmp_path) -> None:
 def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path) -> None:
     """Characters that the font lacks, formulas of mathtext, control characters, a leading _."""
     mech = load("antenna_3rsu")
+    assert mech.path is not None
     text = mech.path.read_text("utf-8")
     for old, new in (
         ("name: antenna_3rsu", 'name: "漢 $\\\\frac{$"'),
@@ -118,7 +121,9 @@ def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path) -> None:
     assert figure.get_suptitle() == "漢 $\\frac{$: 測試 $\\frac$"
     first = figure.axes[0]
     assert first.get_title("left") == "drive $_{$ 漢"
-    assert [t.get_text() for t in first.get_legend().get_texts()] == ["_a$^$", "arm2"]
+    legend = first.get_legend()
+    assert legend is not None
+    assert [t.get_text() for t in legend.get_texts()] == ["_a$^$", "arm2"]
 
 
 def test_a_report_has_all_files_and_the_page_shows_the_plots(table, tmp_path) -> None:

@@ -120,6 +120,7 @@ FORMULA = '=HYPERLINK("http://x","y")'
 def hostile() -> SizingTable:
     """Names that are formulas, HTML or Markdown, wherever a name can stand."""
     mech = load("antenna_3rsu")
+    assert mech.path is not None
     evil = mech.path.read_text("utf-8")
     for old, new in (
         ('"12"', "'@SUM(1)'"),
@@ -157,7 +158,7 @@ def test_no_cell_of_the_csv_is_a_formula_and_numbers_are_numbers(hostile, tmp_pa
 
 def test_a_note_that_is_a_formula(tmp_path) -> None:
     row = SizingRow("a", "1", "m", Quantity.ANGLE, status="singular", note="=1+1")
-    negative = SizingRow("a", "1", "n", Quantity.ANGLE, *[-1.5] * 7)
+    negative = SizingRow("a", "1", "n", Quantity.ANGLE, *(-1.5,) * 7)
     table = SizingTable("t", "", "m", (row, negative), (row,), {}, ())
     table.to_csv(tmp_path / "rows.csv")
     lines = (tmp_path / "rows.csv").read_text(encoding="utf-8").splitlines()

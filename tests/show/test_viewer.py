@@ -118,7 +118,9 @@ def test_bodies_stand_where_pinocchio_puts_them(antenna) -> None:
 
 def test_the_camera_sees_the_whole_mechanism(antenna) -> None:
     viewer = pm.view(antenna)
-    shift = np.array(viewer.recorder.find("/meshcat", "set_transform")["matrix"]).reshape(4, 4).T
+    turn = viewer.recorder.find("/meshcat", "set_transform")
+    assert turn is not None
+    shift = np.array(turn["matrix"]).reshape(4, 4).T
     camera = "/Cameras/default/rotated/<object>"
     x, z, minus_y = prop(viewer, camera, "position")
     eye = np.array([x, -minus_y, z])
@@ -183,7 +185,9 @@ def test_failed_rows_are_left_out_and_reported(antenna) -> None:
         if a["path"] == "/meshcat/platform"
     )
     assert np.isfinite(floats(position["values"])).all()
-    pieces = viewer.recorder.find("/meshcat/trace")["object"]["geometries"][0]
+    trace = viewer.recorder.find("/meshcat/trace")
+    assert trace is not None
+    pieces = trace["object"]["geometries"][0]
     points = floats(pieces["data"]["attributes"]["position"]["array"])
     assert len(points) == (29 - 5) * 2 * 3
 
@@ -245,8 +249,9 @@ def test_meshes_are_read_from_the_folder_of_the_urdf(antenna, tmp_path) -> None:
     viewer = pm.view(with_mesh(antenna, tmp_path, STL))
     shape = viewer.bodies.visual_model.geometryObjects[0]
     node = f"mechanism/visuals/base/{shape.name}"
-    sent = viewer.recorder.find(f"/meshcat/{node}")["object"]["geometries"][0]
-    assert "part.stl" not in str(sent)  # the page holds the mesh itself
+    sent = viewer.recorder.find(f"/meshcat/{node}")
+    assert sent is not None
+    assert "part.stl" not in str(sent["object"]["geometries"][0])  # the page holds the mesh itself
     np.testing.assert_allclose(np.linalg.norm(place(viewer, node)[:3, :3], axis=0), 2.0)
 
 

@@ -217,7 +217,10 @@ def test_universal_notices_only_the_angle_between_its_axes(size: float) -> None:
         second = closed.rotation[:, 2]  # in frame 1, perpendicular to z
         for axis, free in ((second, True), (np.cross([0, 0, 1], second), False)):
             moved = pin.SE3(pin.exp3(size * axis) @ closed.rotation, np.zeros(3))
-            found = [float(np.linalg.norm(residual_of("universal", moved))), gap(loop, moved, LENGTH)]
+            found = [
+                float(np.linalg.norm(residual_of("universal", moved))),
+                gap(loop, moved, LENGTH),
+            ]
             if free:
                 assert max(found) < 1e-14
             else:

@@ -70,7 +70,7 @@ def test_samples_within_reach_and_a_spline_that_is_not(antenna: pm.Mechanism) ->
     assert pm.inverse_path(antenna, motion.values).success.all()
     dense = np.linspace(0.0, 10.0, 20001)
     reach = margins(T1, motion.at(dense))
-    fails: Array = (reach < 0).any(axis=1)
+    fails = np.any(reach < 0, axis=1)
     assert fails[::20].sum() == 109
     start, row = first_failing(motion, fails, dense)
     arm = int(reach[np.argmax(fails)].argmin()) + 1
@@ -413,7 +413,7 @@ def test_what_a_smooth_motion_costs(antenna: pm.Mechanism, monkeypatch: pytest.M
     """One pose for each interval, and few more."""
     t = np.linspace(0.0, 20.0, 200)
     values = 0.25 * np.column_stack([np.sin(t), np.cos(0.7 * t)])
-    motion, solved, real = Trajectory(("alpha", "beta"), t, values), [0], between.inverse_path
+    motion, solved, real = Trajectory(("alpha", "beta"), t, values), [0], pm.inverse_path
 
     def counting(mechanism: pm.Mechanism, rows: Array, **options: Any) -> pm.PosePath:
         solved[0] += len(rows)

@@ -444,10 +444,10 @@ def test_malformed_arguments(antenna: pm.Mechanism) -> None:
         {"mass": 1.0, "inertia": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]},
     ):
         with pytest.raises(InputError, match="payload"):
-            pm.Payload(**wrong)  # type: ignore[arg-type]
+            pm.Payload(**wrong)
     for field in ({"gravity": (0, 0)}, {"wrench": (0,) * 5}, {"payload": 3}, {"gravity": "down"}):
         with pytest.raises(InputError):
-            pm.Loads(**field)  # type: ignore[arg-type]
+            pm.Loads(**field)
 
 
 def test_forward_dynamics_at_rest_without_torques_falls(antenna: pm.Mechanism) -> None:

@@ -1,6 +1,7 @@
 """Motion profiles: derivatives, rest at the ends, amplitudes, published peak factors."""
 
 import warnings
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def test_laws_have_their_published_peaks(name, speed, acceleration, end_jerk) ->
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_rest_to_rest(name: str) -> None:
+def test_rest_to_rest(name: Literal["poly345", "poly4567"]) -> None:
     profile = rest_to_rest([0.1, -0.2], [0.5, -0.2], 8.0, law_name=name, step=0.05)
     assert_consistent(profile)
     assert len(profile.time) == 161
@@ -101,7 +102,7 @@ def test_an_orientation_profile_has_angular_velocities() -> None:
         lambda: rest_to_rest([0], [1], np.inf),
         lambda: rest_to_rest([0], [1], 1, step=2),
         lambda: rest_to_rest([0], [1], 1, step=1e-9),
-        lambda: rest_to_rest([0], [1], 1, law_name="cubic"),
+        lambda: rest_to_rest([0], [1], 1, law_name="cubic"),  # type: ignore[arg-type]
         lambda: sweep([0], [1, 2], [1, 1], 1),
         lambda: sweep([0], [1], [1.5], 1),
         lambda: sweep([0], [1], [-1], 1),

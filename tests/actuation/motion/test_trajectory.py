@@ -3,6 +3,7 @@
 import importlib
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -144,7 +145,7 @@ def test_a_header_without_units_is_written_out_for_the_outputs(tmp_path: Path) -
 def test_a_name_that_is_a_formula_is_text_in_the_file_and_comes_back(tmp_path: Path) -> None:
     names = ("=a", "-b", "'+c", "'d")
     path = tmp_path / "t.csv"
-    Trajectory(names, [0, 1], [[-1.0, 2, 3, 4], [0, 0, 0, 0]]).to_csv(path)
+    Trajectory(names, [0, 1], [[-1.0, 2, 3, 4], [0.0, 0, 0, 0]]).to_csv(path)
     lines = path.read_text(encoding="utf-8").splitlines()
     assert lines[0] == "time [s],'=a [rad],'-b [rad],''+c [rad],'d [rad]"
     assert lines[1] == "0.0,-1.0,2.0,3.0,4.0"
@@ -241,7 +242,7 @@ def test_columns_are_checked_against_outputs_and_put_in_order(tmp_path: Path) ->
     ],
 )
 def test_bad_arguments_raise(bad: dict) -> None:
-    good = {"names": ("a", "b"), "time": [0, 1, 2], "values": np.zeros((3, 2))}
+    good: dict[str, Any] = {"names": ("a", "b"), "time": [0, 1, 2], "values": np.zeros((3, 2))}
     Trajectory(**good)
     with pytest.raises(InputError):
         Trajectory(**(good | bad))

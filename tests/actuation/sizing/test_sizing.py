@@ -318,6 +318,6 @@ def test_the_shipped_case() -> None:
     bare = load("antenna_3rsu").with_friction({}, only=True)
     from pinmech.actuation.sizing.case_file import load_case_file
 
-    case = load_case_file("antenna_relay")
-    frictionless = size_actuators(Case("c", bare, case.load_cases[:1], payload=case.payload))
+    real = load_case_file("antenna_relay")
+    frictionless = size_actuators(Case("c", bare, real.load_cases[:1], payload=real.payload))
     assert max(row.peak_torque for row in frictionless.rows) < 1e-5 < 0.1 < peak["tracking", "123"]
