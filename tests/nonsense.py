@@ -19,8 +19,8 @@ from pinmech.actuation.sizing.case import Case, LoadCase
 Call = Callable[[Any], object]
 
 
-def _ring() -> list:
-    ring: list = []
+def _ring() -> list[Any]:
+    ring: list[Any] = []
     ring.append(ring)
     return ring
 

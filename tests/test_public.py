@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,7 @@ def test_unknown_attribute() -> None:
         exec("from pinmech import no_such_thing")
 
 
-def annotation_texts(function: Callable) -> dict[str, str]:
+def annotation_texts(function: Callable[..., Any]) -> dict[str, str]:
     """Annotation texts of all parameters that are no callables, and of the result."""
     given = getattr(function, "__annotations__", {})
     texts = {
@@ -85,7 +86,7 @@ def annotation_texts(function: Callable) -> dict[str, str]:
     return {name: text for name, text in texts.items() if "Callable" not in text}
 
 
-def lacks_units(function: Callable) -> bool:
+def lacks_units(function: Callable[..., Any]) -> bool:
     """True when numbers go in or out and the docstring names no unit."""
     if not any(NUMERIC.search(text) for text in annotation_texts(function).values()):
         return False
@@ -98,7 +99,7 @@ def test_function_names_its_units(name: str) -> None:
     assert not lacks_units(getattr(pm, name)), f"pm.{name}: no unit in brackets in its docstring"
 
 
-def members(cls: type) -> Iterator[tuple[str, Callable]]:
+def members(cls: type) -> Iterator[tuple[str, Callable[..., Any]]]:
     """Public methods and properties that the class itself defines."""
     for name, member in vars(cls).items():
         if name.startswith("_"):
@@ -261,6 +262,12 @@ ARM = """<robot name="stick"><link name="root"/><link name="rod"><inertial><mass
 OTHERS = {"from_text", "mechanisms", "size_actuators", "verify_closed", "view"}
 
 
+def _call_with(
+    function: Callable[..., Any], given: dict[str, Any], parameter: str, bad: Any
+) -> Any:
+    return function(**{**given, parameter: TAKES[parameter](bad)})
+
+
 def calls() -> Iterator[tuple[str, Callable[[Any], Any]]]:
     """``(what, call)`` for every place where a public function or method takes a name."""
     mech = pm.load("antenna_3rsu")
@@ -298,14 +305,8 @@ def calls() -> Iterator[tuple[str, Callable[[Any], Any]]]:
             if parameter not in TAKES or array or "bool" in str(about.annotation):
                 continue
 
-            def call(
-                bad: Any, function=function, parameter=parameter, values=values, needed=needed
-            ):
-                given = {n: values[n] for n in needed}
-                given[parameter] = TAKES[parameter](bad)
-                return function(**given)
-
-            yield f"{name}({parameter})", call
+            given = {n: values[n] for n in needed}
+            yield f"{name}({parameter})", partial(_call_with, function, given, parameter)
     yield "state.frame", state.frame
     yield "mech.drive", mech.drive
     yield "mech.drive_coordinates", mech.drive_coordinates

@@ -430,7 +430,7 @@ def pool(request: pytest.FixtureRequest) -> Iterator[Any]:
         yield workers_of_one
 
 
-def call(pool: Any, function: Callable, *arguments: Any) -> Any:
+def call(pool: Any, function: Callable[..., Any], *arguments: Any) -> Any:
     return pool.apply_async(function, arguments).get(PATIENCE)
 
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import IO, Any, NoReturn, Self
 
 import numpy as np
 import pytest
@@ -65,13 +66,13 @@ WRITERS: dict[str, Callable[[SizingTable, Path], object]] = {
 class FullDisk:
     """A stream on which some bytes can still be written."""
 
-    def __init__(self, stream) -> None:
+    def __init__(self, stream: IO[Any]) -> None:
         self.stream = stream
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stream.close()
 
     def write(self, data: bytes) -> int:
@@ -82,7 +83,7 @@ class FullDisk:
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_full_disk_costs_nothing_and_the_error_names_the_file(
-    name: str, table: SizingTable, tmp_path: Path, monkeypatch
+    name: str, table: SizingTable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if name == "paper.md":  # the index is written before it
         WRITERS[name](table, tmp_path)
@@ -108,10 +109,10 @@ def test_a_full_disk_costs_nothing_and_the_error_names_the_file(
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_any_step_may_fail(step: str, tmp_path: Path, monkeypatch) -> None:
+def test_any_step_may_fail(step: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = write_text(tmp_path / "a", "old")
 
-    def fail(*_):
+    def fail(*_: object) -> NoReturn:
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     monkeypatch.setattr(os, step, fail)
@@ -121,10 +122,10 @@ def test_any_step_may_fail(step: str, tmp_path: Path, monkeypatch) -> None:
     assert list(tmp_path.iterdir()) == [target]
 
 
-def test_an_interrupt_leaves_the_old_file(tmp_path: Path, monkeypatch) -> None:
+def test_an_interrupt_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = write_text(tmp_path / "a", "old")
 
-    def interrupted(_):
+    def interrupted(_: object) -> NoReturn:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(os, "fsync", interrupted)
@@ -136,7 +137,9 @@ def test_an_interrupt_leaves_the_old_file(tmp_path: Path, monkeypatch) -> None:
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no kill -9 here")
 @pytest.mark.parametrize("old", [b"yesterday's", None])
-def test_a_process_killed_in_the_middle_leaves_the_old_file(tmp_path: Path, old) -> None:
+def test_a_process_killed_in_the_middle_leaves_the_old_file(
+    tmp_path: Path, old: bytes | None
+) -> None:
     """Killed when half of the new table has been written."""
     target = tmp_path / "rows.csv"
     if old is not None:
@@ -202,7 +205,7 @@ def _umask() -> int:
     return now
 
 
-def test_a_write_protected_file_is_refused(tmp_path: Path, monkeypatch) -> None:
+def test_a_write_protected_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = write_text(tmp_path / "a", "old")
     monkeypatch.setattr(os, "access", lambda *_: False)  # root may write anything
     with pytest.raises(PermissionError, match="cannot be written"):

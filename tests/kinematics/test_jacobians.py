@@ -286,12 +286,13 @@ def test_type_1_is_refused(antenna: pm.Mechanism) -> None:
         inside = (oracle.reach_margin(oracle.TABLE1, 0.0, middle) >= 0).all()
         low, high = (middle, high) if inside else (low, middle)
     state = pm.inverse(antenna, (0.0, low)).unwrap()
-    for call in (
+    calls: list[Callable[[], object]] = [
         lambda: pm.inverse_jacobian(state),
         lambda: pm.velocity(state, (1.0, 0.0)),
         lambda: pm.acceleration(state, (1.0, 0.0), (0.0, 0.0)),
         lambda: pm.frame_jacobian(state, "rod1"),
-    ):
+    ]
+    for call in calls:
         with pytest.raises(SingularError, match="type 1 singularity") as caught:
             call()
         assert caught.value.kind == "type1"

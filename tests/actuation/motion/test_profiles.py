@@ -1,6 +1,7 @@
 """Motion profiles: derivatives, rest at the ends, amplitudes, published peak factors."""
 
 import warnings
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -28,7 +29,9 @@ def assert_consistent(profile: Profile) -> None:
     ("name", "speed", "acceleration", "end_jerk"),
     [("poly345", 15 / 8, 10 / np.sqrt(3), 60), ("poly4567", 35 / 16, 84 / 5 / np.sqrt(5), 0)],
 )
-def test_laws_have_their_published_peaks(name, speed, acceleration, end_jerk) -> None:
+def test_laws_have_their_published_peaks(
+    name: str, speed: float, acceleration: float, end_jerk: float
+) -> None:
     s = np.linspace(0, 1, 100_001)
     p, dp, ddp = law(name, s)
     assert (p[0], dp[0], ddp[0]) == (0, 0, 0)
@@ -111,7 +114,7 @@ def test_an_orientation_profile_has_angular_velocities() -> None:
         lambda: sweep([], [], [], 1),
     ],
 )
-def test_bad_arguments_raise(call) -> None:
+def test_bad_arguments_raise(call: Callable[[], Profile]) -> None:
     with pytest.raises(InputError):
         call()
 
