@@ -88,7 +88,8 @@ class Coverage:
         found = set(lines.get(mutant.line, ()))
         if mutant.function == "<module>" or not found:
             found = set().union(*lines.values()) if lines else set()
-        chosen, left = [], most
+        chosen: list[str] = []
+        left = most
         for test in sorted(found, key=lambda test: (self.seconds.get(test, 1.0), test)):
             left -= self.seconds.get(test, 1.0)
             if left < 0.0 and chosen:
@@ -269,7 +270,9 @@ def accepted(path: Path = ACCEPTED) -> dict[tuple[str, str, str, str, int], str]
     }
 
 
-def report(outcomes: Sequence[Outcome], reasons: Mapping[tuple, str], title: str) -> str:
+def report(
+    outcomes: Sequence[Outcome], reasons: Mapping[tuple[str, str, str, str, int], str], title: str
+) -> str:
     """The outcomes as Markdown: a table of the files, a list of the survivors."""
     lines = [
         f"# {title}",

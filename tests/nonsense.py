@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,8 @@ from pinmech.actuation.sizing.case import Case, LoadCase
 Call = Callable[[Any], object]
 
 
-def _ring() -> list:
-    ring: list = []
+def _ring() -> list[Any]:
+    ring: list[Any] = []
     ring.append(ring)
     return ring
 
@@ -152,10 +153,7 @@ def calls(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield "from_text urdf", lambda x: pm.from_text("schema: 1", x)
     for name, solve in (("inverse", pm.inverse), ("forward", pm.forward)):
         good: Any = zero if name == "inverse" else {"arm1": 0.7, "arm2": 0.7}
-        yield f"{name} mechanism", lambda x, f=solve, g=good: f(x, g)
-        yield f"{name} values", lambda x, f=solve: f(mech, x)
-        yield f"{name} guess", lambda x, f=solve, g=good: f(mech, g, guess=x)
-        yield f"{name} limits", lambda x, f=solve, g=good: f(mech, g, limits=x)
+        yield from _solving(name, solve, mech, good)
     yield "inverse mode", lambda x: pm.inverse(mech, zero, mode=x)
     yield "inverse mode value", lambda x: pm.inverse(mech, zero, mode={"arm1": x})
     yield "forward tolerance", lambda x: pm.forward(mech, {"arm1": 0.7, "arm2": 0.7}, tolerance=x)
@@ -236,9 +234,7 @@ def calls(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield from _methods(s, folder)
     yield from _motions(s, folder)
     for name in ("antenna_3rsu", "decoupled_pf", "decoupled_4r", "spherical_3paur", "gpr_3ps"):
-        design = getattr(pm.designs, name)
-        yield f"design {name} material", lambda x, f=design: f(material=x)
-        yield f"design {name} unknown", lambda x, f=design: f(no_such_dimension=x)
+        yield from _designing(name, getattr(pm.designs, name))
     yield "design motor", lambda x: pm.designs.spherical_3paur(motor=x)
     yield "design passive", lambda x: pm.designs.antenna_3rsu(passive=x)
     yield "Motor effort", lambda x: pm.designs.Motor(effort=x, velocity=1.0)
@@ -252,6 +248,25 @@ def calls(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
     yield "design lines", lambda x: pm.designs.spherical_3paur(lines=x)
     yield "design arm", lambda x: pm.designs.planar_3r(upper=x)
     yield "design assemble", pm.designs.assemble
+
+
+def _solving(
+    name: str, solve: Callable[..., object], mech: pm.Mechanism, good: Any
+) -> Iterator[tuple[str, Call]]:
+    yield f"{name} mechanism", lambda x: solve(x, good)
+    yield f"{name} values", lambda x: solve(mech, x)
+    yield f"{name} guess", lambda x: solve(mech, good, guess=x)
+    yield f"{name} limits", lambda x: solve(mech, good, limits=x)
+
+
+def _designing(name: str, design: Callable[..., object]) -> Iterator[tuple[str, Call]]:
+    yield f"design {name} material", lambda x: design(material=x)
+    yield f"design {name} unknown", lambda x: design(no_such_dimension=x)
+
+
+def _path_with(parts: list[Any], k: int, x: Any) -> pm.PosePath:
+    parts = [*parts[:k], x, *parts[k + 1 :]]
+    return pm.PosePath(*parts)
 
 
 def _methods(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
@@ -289,7 +304,7 @@ def _methods(s: Subjects, folder: Path) -> Iterator[tuple[str, Call]]:
             path.iterations,
             path.messages,
         ]
-        yield f"Path argument {k}", lambda x, k=k, p=parts: pm.PosePath(*p[:k], x, *p[k + 1 :])
+        yield f"Path argument {k}", partial(_path_with, parts, k)
     yield "table.row", lambda x: table.row(x, x, x)
     yield "table.to_csv", lambda x: table.to_csv(_inside(folder, x))
     yield "table.to_csv envelope", lambda x: table.to_csv(folder / "table.csv", envelope=x)

@@ -19,7 +19,7 @@ import numpy as np
 if TYPE_CHECKING:
     import pinmech as pm
 
-Vector = Sequence[float]
+Vector = Sequence[float] | np.ndarray
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 #: Letter of a joint -> the closure type that replaces it.

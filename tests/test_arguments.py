@@ -100,7 +100,7 @@ MESSAGES: dict[str, tuple[Callable[[Subjects], object], type[Exception], str]] =
         "q values must be numbers, found text",
     ),
     "names as one text": (
-        lambda s: pm.Trajectory("alpha", [0, 1], [[0], [1]]),  # type: ignore[arg-type]
+        lambda s: pm.Trajectory("alpha", [0, 1], [[0], [1]]),
         InputError,
         "outputs must be a list of names",
     ),
@@ -154,7 +154,7 @@ STRANGE: dict[str, tuple[object, str]] = {
     "complex array": (np.array([1.0, 2.0], dtype=complex), "complex numbers"),
     "masked": (np.ma.array([1.0, 2.0], mask=[False, True]), "masked entries"),
     "masked entry": ([np.ma.masked, 1.0], "masked entries"),
-    "masked rows": ([np.ma.array([1.0, 2.0], mask=[0, 1])], "masked entries"),
+    "masked rows": ([np.ma.array([1.0, 2.0], mask=[False, True])], "masked entries"),
     "dates": (np.array(["2026-01-01"], dtype="M8[D]"), "dates"),
     "spans": (np.array([1, 2], dtype="m8[s]"), "time spans"),
     "records": (np.zeros(2, dtype=[("a", float)]), "records"),

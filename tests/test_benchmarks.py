@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pytest_benchmark.fixture import BenchmarkFixture
 
 import pinmech as pm
 
@@ -30,23 +32,29 @@ KINEMATIC = [
 
 
 @pytest.fixture(scope="module")
-def mech():
+def mech() -> pm.Mechanism:
     return pm.load("antenna_3rsu")
 
 
 @pytest.fixture(scope="module")
-def kinematic(mech):
+def kinematic(mech: pm.Mechanism) -> dict[str, cases.Case]:
     return {case.name: case for case in cases.kinematic_cases(mech, POSES)}
 
 
 @pytest.fixture(scope="module")
-def motion(mech):
+def motion(mech: pm.Mechanism) -> cases.Motion:
     return cases.motion(mech, POSES)
 
 
 @pytest.mark.parametrize("name", KINEMATIC)
 @pytest.mark.parametrize("contender", CONTENDERS, ids=lambda c: c.__name__)
-def test_kinematics(benchmark, mech, kinematic, contender, name):
+def test_kinematics(
+    benchmark: BenchmarkFixture,
+    mech: pm.Mechanism,
+    kinematic: dict[str, cases.Case],
+    contender: type[Any],
+    name: str,
+) -> None:
     case = kinematic[name]
     run = benchmark(contender(mech).solve, case)
     assert np.abs(run.answers - case.expected).max() < cases.AGREEMENT
@@ -54,20 +62,24 @@ def test_kinematics(benchmark, mech, kinematic, contender, name):
 
 
 @pytest.mark.parametrize("contender", [plain.PlainFrames, MujocoPlain, MujocoCareful])
-def test_dynamics_of_the_baselines(benchmark, mech, motion, contender):
+def test_dynamics_of_the_baselines(
+    benchmark: BenchmarkFixture, mech: pm.Mechanism, motion: cases.Motion, contender: type[Any]
+) -> None:
     run = benchmark(contender(mech).dynamics, motion)
     scale = np.abs(motion.expected).max()
     assert np.abs(run.answers - motion.expected).max() < cases.AGREEMENT * scale
 
 
 @pytest.mark.parametrize("one_by_one", [False, True])
-def test_dynamics_of_pinmech(benchmark, mech, motion, one_by_one):
+def test_dynamics_of_pinmech(
+    benchmark: BenchmarkFixture, mech: pm.Mechanism, motion: cases.Motion, one_by_one: bool
+) -> None:
     run = benchmark(ours.Pinmech(mech).dynamics, motion, one_by_one=one_by_one)
     scale = np.abs(motion.expected).max()
     assert np.abs(run.answers - motion.expected).max() < cases.AGREEMENT * scale
 
 
-def test_the_script_writes_its_tables(tmp_path, capsys):
+def test_the_script_writes_its_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "speed.md"
     arguments = ["--no-placo", "--poses", "20", "--rounds", "2", "--out", str(out)]
     assert bench_kinematics.main(arguments) == 0

@@ -8,7 +8,10 @@ import json
 import re
 import subprocess
 import sys
+import webbrowser
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -16,7 +19,6 @@ from scipy.optimize import minimize_scalar
 from small import hooke
 
 import pinmech as pm
-from pinmech.cli import app as commands
 from pinmech.cli.run import run
 from pinmech.cli.values import assignments, modes, values
 from pinmech.errors import InputError, UnknownNameError
@@ -25,11 +27,13 @@ from pinmech.units import Quantity
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "scripts" / "view.py"
+#: The command line with these arguments: exit code, standard output and error.
+Call = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
-def call(capsys):
-    def call(*arguments):
+def call(capsys: pytest.CaptureFixture[str]) -> Call:
+    def call(*arguments: str) -> tuple[int, str, str]:
         code = run(arguments)
         out, err = capsys.readouterr()
         assert "Traceback" not in err
@@ -38,7 +42,7 @@ def call(capsys):
     return call
 
 
-def test_list_names_every_mechanism_with_its_title(call) -> None:
+def test_list_names_every_mechanism_with_its_title(call: Call) -> None:
     code, out, err = call("list")
     assert (code, err) == (0, "")
     for name in pm.mechanisms():
@@ -48,7 +52,7 @@ def test_list_names_every_mechanism_with_its_title(call) -> None:
 
 
 @pytest.mark.parametrize("name", pm.mechanisms())
-def test_info_of_every_mechanism(call, name: str) -> None:
+def test_info_of_every_mechanism(call: Call, name: str) -> None:
     mech = pm.load(name)
     code, out, err = call("info", name)
     assert (code, err) == (0, "")
@@ -59,13 +63,13 @@ def test_info_of_every_mechanism(call, name: str) -> None:
     assert record["drives"] == {k: list(v) for k, v in mech.drives.items()}
 
 
-def test_info_of_a_file(call) -> None:
+def test_info_of_a_file(call: Call) -> None:
     code, out, _ = call("info", str(ROOT / "loops" / "decoupled_pf.yaml"))
     assert code == 0
     assert "theta1" in out
 
 
-def test_info_lists_the_cones(call) -> None:
+def test_info_lists_the_cones(call: Call) -> None:
     mech = pm.load("antenna_3rsu_cones")
     _, out, _ = call("info", mech.name)
     for name, loop in mech.loops.items():
@@ -74,6 +78,7 @@ def test_info_lists_the_cones(call) -> None:
         assert line.rstrip().endswith(f"up to {np.rad2deg(loop.limit.angle):.4f} deg")
     record = json.loads(call("info", mech.name, "--json")[1])["loops"]
     for name, loop in mech.loops.items():
+        assert loop.limit is not None
         assert record[name]["limit"]["angle"] == loop.limit.angle
         assert np.array_equal(record[name]["limit"]["axes"], loop.limit.axes)
     # A ball joint without a cone says so; a closure that can have none says nothing.
@@ -85,7 +90,7 @@ def test_info_lists_the_cones(call) -> None:
     assert re.search(r"(?m)^r3 +revolute .* platform_r3 *$", call("info", "decoupled_4r")[1])
 
 
-def test_info_of_a_universal_joint_has_its_tilt(call, tmp_path) -> None:
+def test_info_of_a_universal_joint_has_its_tilt(call: Call, tmp_path: Path) -> None:
     small = hooke(0.5)
     assert re.search(r"universal .* no limit *\n", call("info", str(small.write(tmp_path)))[1])
     limit = "{axes: [[1, 0, 0], [1, 0, 0]], angle: 3.0}"
@@ -109,10 +114,12 @@ def test_info_of_a_universal_joint_has_its_tilt(call, tmp_path) -> None:
         ("view", "antenna_3rsu", "--out", "page.html"),
     ],
 )
-def test_how_long_assembly_may_take(call, command, monkeypatch, tmp_path) -> None:
+def test_how_long_assembly_may_take(
+    call: Call, command: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     given, real = [], pm.load
 
-    def load(name, **options):
+    def load(name: str, **options: Any) -> pm.Mechanism:
         given.append(options.get("assembly_seconds"))
         return real(name, **options)
 
@@ -132,7 +139,7 @@ def test_how_long_assembly_may_take(call, command, monkeypatch, tmp_path) -> Non
     assert f"inf for no end default {default:g}." in text.replace(",", "").replace("end;", "end")
 
 
-def test_inverse_prints_degrees_of_the_published_pose(call) -> None:
+def test_inverse_prints_degrees_of_the_published_pose(call: Call) -> None:
     # The paper's theta = (57.6163, 19.4063, 60.3638) deg; it gives the pose to four decimals.
     code, out, err = call("inverse", "antenna_3rsu", "alpha=22.9183", "beta=-12.7512")
     assert (code, err) == (0, "")
@@ -142,7 +149,7 @@ def test_inverse_prints_degrees_of_the_published_pose(call) -> None:
         assert rows[name][3] == "deg"
 
 
-def test_units_modes_and_json_of_inverse(call) -> None:
+def test_units_modes_and_json_of_inverse(call: Call) -> None:
     _, out, _ = call("inverse", "antenna_3rsu", "alpha=0.1rad", "beta=5deg", "--json")
     record = json.loads(out)
     assert record["success"] is True
@@ -156,7 +163,7 @@ def test_units_modes_and_json_of_inverse(call) -> None:
     assert record["state"]["mode"]["arm1"] == -1
 
 
-def test_lengths_are_in_mm(call) -> None:
+def test_lengths_are_in_mm(call: Call) -> None:
     texts = []
     for value in ("310", "310mm", "0.31m"):
         code, out, _ = call("inverse", "gpr_3ps_ideal", f"z={value}")
@@ -166,14 +173,14 @@ def test_lengths_are_in_mm(call) -> None:
     assert "310.0000" in texts[0]
 
 
-def test_joints_lists_the_passive_ones_too(call) -> None:
+def test_joints_lists_the_passive_ones_too(call: Call) -> None:
     _, short, _ = call("inverse", "antenna_3rsu", "alpha=1", "beta=2")
     _, out, _ = call("inverse", "antenna_3rsu", "alpha=1", "beta=2", "--joints")
     assert "rod1_u1" in out
     assert "rod1_u1" not in short
 
 
-def test_forward(call) -> None:
+def test_forward(call: Call) -> None:
     code, out, _ = call("forward", "antenna_3rsu", "arm1=30", "arm2=60", "--json")
     assert code == 0
     mech = pm.load("antenna_3rsu")
@@ -183,7 +190,7 @@ def test_forward(call) -> None:
     assert f"{np.rad2deg(state.outputs['alpha']):.4f}" in out
 
 
-def test_singularity(call) -> None:
+def test_singularity(call: Call) -> None:
     code, out, err = call("singularity", "antenna_3rsu", "alpha=10", "beta=5", "--drive", "12")
     assert (code, err) == (0, "")
     assert "drive 12" in out
@@ -198,9 +205,9 @@ def test_singularity(call) -> None:
     assert record["kinds"] == []
 
 
-def test_singularity_of_the_published_pose(call, antenna) -> None:
+def test_singularity_of_the_published_pose(call: Call, antenna: pm.Mechanism) -> None:
     # The paper's (19), beta to all digits: drive 12 is singular there, 13 is not.
-    def distance(beta):
+    def distance(beta: float) -> float:
         state = pm.inverse(antenna, {"alpha": 0.4, "beta": beta}).unwrap()
         return pm.singularity(state, drive="12").type2
 
@@ -215,7 +222,7 @@ def test_singularity_of_the_published_pose(call, antenna) -> None:
 
 
 @pytest.mark.parametrize("name", pm.mechanisms())
-def test_mobility_of_every_mechanism(call, name: str) -> None:
+def test_mobility_of_every_mechanism(call: Call, name: str) -> None:
     found = pm.mobility(pm.load(name).home)
     code, out, err = call("mobility", name)
     assert (code, err) == (0, "")
@@ -235,14 +242,14 @@ def test_mobility_of_every_mechanism(call, name: str) -> None:
     assert set(record["screws"]) == {*pm.load(name).limbs, "platform"}
 
 
-def test_mobility_with_a_locked_joint(call) -> None:
+def test_mobility_with_a_locked_joint(call: Call) -> None:
     code, out, _ = call("mobility", "antenna_3rsu", "alpha=10", "beta=5", "--lock", "arm1")
     assert code == 0
     assert "with arm1 locked" in out
     assert "degrees of freedom: 1; as finite motions 1\n" in out
 
 
-def test_size_writes_the_tables_and_a_page(call, tmp_path) -> None:
+def test_size_writes_the_tables_and_a_page(call: Call, tmp_path: Path) -> None:
     case = tmp_path / "short.yaml"
     case.write_text(
         "schema: 1\nname: short\nmechanism: antenna_3rsu\ndrives: ['12', '123']\n"
@@ -287,7 +294,9 @@ CASE = (
         ("80", "0", 1, "none of the 4 rows of the table has numbers; the lines with ! say why"),
     ],
 )
-def test_size_says_when_rows_fail(call, tmp_path, alpha, beta, code, said) -> None:
+def test_size_says_when_rows_fail(
+    call: Call, tmp_path: Path, alpha: str, beta: str, code: int, said: str
+) -> None:
     case, out = tmp_path / "short.yaml", tmp_path / "out"
     case.write_text(CASE.replace("ALPHA", alpha).replace("BETA", beta), encoding="utf-8")
     found, text, err = call("size", str(case), "--out", str(out))
@@ -301,18 +310,18 @@ def test_size_says_when_rows_fail(call, tmp_path, alpha, beta, code, said) -> No
     )
 
 
-def test_size_help_explains_its_exit_codes(call) -> None:
+def test_size_help_explains_its_exit_codes(call: Call) -> None:
     text = " ".join(call("size", "--help")[1].split())
     assert "with 1 when no row has" in text
 
 
-def test_a_file_that_cannot_be_written_is_one_line(call, tmp_path) -> None:
+def test_a_file_that_cannot_be_written_is_one_line(call: Call, tmp_path: Path) -> None:
     code, out, err = call("view", "antenna_3rsu", "--out", str(tmp_path))
     assert (code, out) == (2, "")
     assert err == f"pinmech: {tmp_path}: cannot be written: Is a directory\n"
 
 
-def test_view(call, tmp_path) -> None:
+def test_view(call: Call, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     code, out, err = call("view", "antenna_3rsu", "alpha=10", "beta=5", "--out", str(page))
     assert (code, err) == (0, "")
@@ -320,9 +329,11 @@ def test_view(call, tmp_path) -> None:
     assert "alpha = 10 deg" in page.read_text(encoding="utf-8")
 
 
-def test_view_of_a_trajectory_says_what_it_leaves_out(call, tmp_path, monkeypatch) -> None:
+def test_view_of_a_trajectory_says_what_it_leaves_out(
+    call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     opened = []
-    monkeypatch.setattr(commands.webbrowser, "open", lambda url, new=0: opened.append(url))
+    monkeypatch.setattr(webbrowser, "open", lambda url, new=0: opened.append(url))
     file = tmp_path / "t.csv"
     file.write_text("time [s],alpha [deg],beta [deg]\n0,0,0\n1,5,0\n2,80,0\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -334,13 +345,13 @@ def test_view_of_a_trajectory_says_what_it_leaves_out(call, tmp_path, monkeypatc
     assert opened == [(tmp_path / "antenna_3rsu.html").as_uri()]
 
 
-def test_schema_is_json(call) -> None:
+def test_schema_is_json(call: Call) -> None:
     code, out, _ = call("schema")
     assert code == 0
     assert "loops" in json.loads(out)["properties"]
 
 
-def test_help_and_version(call) -> None:
+def test_help_and_version(call: Call) -> None:
     for arguments in ((), ("--help",), ("-h",)):
         code, out, err = call(*arguments)
         assert (code, err) == (0, "")
@@ -393,7 +404,7 @@ BAD_INPUT = {
 
 
 @pytest.mark.parametrize("case", BAD_INPUT)
-def test_wrong_input_exits_2_with_one_message(call, case: str) -> None:
+def test_wrong_input_exits_2_with_one_message(call: Call, case: str) -> None:
     arguments, message = BAD_INPUT[case]
     code, out, err = call(*arguments)
     assert code == 2
@@ -411,7 +422,7 @@ NO_ANSWER = {
 
 
 @pytest.mark.parametrize("status", NO_ANSWER)
-def test_no_answer_exits_1_and_says_why(call, status: str) -> None:
+def test_no_answer_exits_1_and_says_why(call: Call, status: str) -> None:
     code, out, err = call(*NO_ANSWER[status])
     assert (code, out) == (1, "")
     assert err.startswith(f"pinmech: {status}: ")
@@ -422,17 +433,17 @@ def test_no_answer_exits_1_and_says_why(call, status: str) -> None:
     assert (record["success"], record["status"], record["state"]) == (False, status, None)
 
 
-def test_singularity_and_view_of_a_pose_out_of_reach(call) -> None:
+def test_singularity_and_view_of_a_pose_out_of_reach(call: Call) -> None:
     assert call("singularity", "antenna_3rsu", "alpha=70", "beta=3")[0] == 1
     assert call("view", "antenna_3rsu", "alpha=70", "beta=3", "--out", "/tmp/never.html")[0] == 1
     assert not Path("/tmp/never.html").exists()
 
 
-def test_an_interrupt_is_one_line(call, monkeypatch) -> None:
-    def interrupted(name, **options):
+def test_an_interrupt_is_one_line(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(name: str, **options: object) -> NoReturn:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(commands.pm, "load", interrupted)
+    monkeypatch.setattr(pm, "load", interrupted)
     assert call("info", "antenna_3rsu") == (130, "", "pinmech: interrupted\n")
 
 
@@ -528,7 +539,9 @@ def test_values() -> None:
     assert modes(["arm1=-1", "arm2=+1"]) == {"arm1": -1, "arm2": 1}
 
 
-def process(*arguments, env=None, **options):
+def process(
+    *arguments: str, env: dict[str, str] | None = None, **options: Any
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, *arguments], capture_output=True, text=True, env=env, timeout=60, **options
     )
@@ -560,7 +573,7 @@ def test_a_reader_that_leaves_early_is_no_error() -> None:
     assert process("-c", code).stdout == ""
 
 
-def test_script_view(tmp_path) -> None:
+def test_script_view(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     out = ("--out", str(page))
     done = process(str(SCRIPT), "antenna_3rsu", "--outputs", "alpha=10deg,beta=5deg", *out)

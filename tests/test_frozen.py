@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -132,7 +133,7 @@ def test_entries_of_a_mechanism_are_frozen(antenna: pm.Mechanism, name: str) -> 
 def test_results_own_their_numbers(antenna: pm.Mechanism) -> None:
     """Matrices handed out are no views of scratch memory."""
     state = pm.inverse(antenna, [0.1, 0.05]).unwrap()
-    makers = [
+    makers: list[Callable[[pm.ClosedState], np.ndarray]] = [
         lambda s: pm.closure_jacobian(s),
         lambda s: pm.tangent(s),
         lambda s: pm.inverse_jacobian(s),

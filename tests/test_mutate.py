@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import mutate
 import pytest
@@ -130,7 +131,7 @@ def test_a_run_of_a_small_tree(tmp_path: Path) -> None:
         for m in find("small.py", source)
         if (m.before, m.after) in {("k < n", "k >= n"), ("n * 2", "n / 2")}
     }
-    asked = {"tests": ["tests"], "tell": False}
+    asked: dict[str, Any] = {"tests": ["tests"], "tell": False}
     outcomes = mutate.run(tree, list(chosen.values()), jobs=2, minutes=5, **asked)
     found = {(o.mutant.before, o.result) for o in outcomes}
     assert found == {("k < n", "killed"), ("n * 2", "survived")}

@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,7 @@ def test_unknown_attribute() -> None:
         exec("from pinmech import no_such_thing")
 
 
-def annotations(function: Callable) -> dict[str, str]:
+def annotation_texts(function: Callable[..., Any]) -> dict[str, str]:
     """Annotation texts of all parameters that are no callables, and of the result."""
     given = getattr(function, "__annotations__", {})
     texts = {
@@ -85,9 +86,9 @@ def annotations(function: Callable) -> dict[str, str]:
     return {name: text for name, text in texts.items() if "Callable" not in text}
 
 
-def lacks_units(function: Callable) -> bool:
+def lacks_units(function: Callable[..., Any]) -> bool:
     """True when numbers go in or out and the docstring names no unit."""
-    if not any(NUMERIC.search(text) for text in annotations(function).values()):
+    if not any(NUMERIC.search(text) for text in annotation_texts(function).values()):
         return False
     text = inspect.getdoc(function) or ""
     return not UNIT.search(text) and not COUNTED.search(text)
@@ -98,7 +99,7 @@ def test_function_names_its_units(name: str) -> None:
     assert not lacks_units(getattr(pm, name)), f"pm.{name}: no unit in brackets in its docstring"
 
 
-def members(cls: type) -> Iterator[tuple[str, Callable]]:
+def members(cls: type) -> Iterator[tuple[str, Callable[..., Any]]]:
     """Public methods and properties that the class itself defines."""
     for name, member in vars(cls).items():
         if name.startswith("_"):
@@ -132,7 +133,7 @@ def entries(text: str) -> dict[str, str]:
 @pytest.mark.parametrize("name", classes())
 def test_numeric_fields_name_their_units(name: str) -> None:
     """Each field of a public dataclass that holds numbers is listed, with its unit."""
-    cls = getattr(pm, name)
+    cls: type = getattr(pm, name)
     if not dataclasses.is_dataclass(cls):
         return
     listed: dict[str, str] = {}
@@ -217,11 +218,12 @@ def constraint_calls(path: Path) -> list[str]:
     for node in ast.walk(tree):
         if id(node) in annotated:
             continue
-        names = []
         if isinstance(node, ast.Attribute):
             names = [node.attr]
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pinocchio"):
             names = [alias.name for alias in node.names]
+        else:
+            continue
         found += [f"{path.name}:{node.lineno} {n}" for n in names if CONSTRAINT_API.search(n)]
     return found
 
@@ -258,6 +260,12 @@ ARM = """<robot name="stick"><link name="root"/><link name="rod"><inertial><mass
 <joint name="turn" type="continuous"><parent link="root"/><child link="rod"/></joint></robot>"""
 #: Functions that take no names, or take them inside an object of their own.
 OTHERS = {"from_text", "mechanisms", "size_actuators", "verify_closed", "view"}
+
+
+def _call_with(
+    function: Callable[..., Any], given: dict[str, Any], parameter: str, bad: Any
+) -> Any:
+    return function(**{**given, parameter: TAKES[parameter](bad)})
 
 
 def calls() -> Iterator[tuple[str, Callable[[Any], Any]]]:
@@ -297,14 +305,8 @@ def calls() -> Iterator[tuple[str, Callable[[Any], Any]]]:
             if parameter not in TAKES or array or "bool" in str(about.annotation):
                 continue
 
-            def call(
-                bad: Any, function=function, parameter=parameter, values=values, needed=needed
-            ):
-                given = {n: values[n] for n in needed}
-                given[parameter] = TAKES[parameter](bad)
-                return function(**given)
-
-            yield f"{name}({parameter})", call
+            given = {n: values[n] for n in needed}
+            yield f"{name}({parameter})", partial(_call_with, function, given, parameter)
     yield "state.frame", state.frame
     yield "mech.drive", mech.drive
     yield "mech.drive_coordinates", mech.drive_coordinates
@@ -353,9 +355,9 @@ def ask() -> None:
         for bad in [*BAD_TEXTS, *BAD_OTHERS]:
             if in_mapping(what) and isinstance(bad, list | dict):
                 continue  # no key of a mapping
+            kinds: tuple[str, ...] = ("nothing",)
             try:
-                got, kinds = call(bad), ("nothing",)
-                message = repr(got)[:80]
+                message = repr(call(bad))[:80]
             except Exception as error:
                 kinds = tuple(kind.__name__ for kind in type(error).__mro__)
                 message = str(error)[:200]

@@ -373,7 +373,11 @@ def errors() -> Iterator[PinmechError]:
 
 
 def subclasses(kind: type) -> set[type]:
-    return {kind}.union(*(subclasses(sub) for sub in kind.__subclasses__()))
+    found = {kind}
+    below: list[type] = kind.__subclasses__()
+    for sub in below:
+        found |= subclasses(sub)
+    return found
 
 
 def equal_errors(one: BaseException, two: BaseException) -> bool:
@@ -426,7 +430,7 @@ def pool(request: pytest.FixtureRequest) -> Iterator[Any]:
         yield workers_of_one
 
 
-def call(pool: Any, function: Callable, *arguments: Any) -> Any:
+def call(pool: Any, function: Callable[..., Any], *arguments: Any) -> Any:
     return pool.apply_async(function, arguments).get(PATIENCE)
 
 

@@ -6,7 +6,7 @@ differ where closures close only to first order, as in the ideal three-rod gimba
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,7 +79,7 @@ class Mobility(Sealed):
     locked: tuple[str, ...]
 
 
-def mobility(state: ClosedState, *, locked: Sequence[str] = ()) -> Mobility:
+def mobility(state: ClosedState, *, locked: Iterable[str] = ()) -> Mobility:
     """Mobility at a closed state, dimensionless and independent of where the loops are cut.
 
     Args:
@@ -132,7 +132,7 @@ def mobility(state: ClosedState, *, locked: Sequence[str] = ()) -> Mobility:
     )
 
 
-def _coordinates(mechanism: Mechanism, names: Sequence[str]) -> set[int]:
+def _coordinates(mechanism: Mechanism, names: Iterable[str]) -> set[int]:
     if isinstance(names, str):
         names = [names]
     if not isinstance(names, Iterable):

@@ -140,7 +140,7 @@ class PosePath(Sealed):
     def __len__(self) -> int:
         return len(self.success)
 
-    def message(self, row: int) -> str:
+    def message(self, row: int | np.integer) -> str:
         """Why a row failed; an empty text for a row that did not.
 
         Raises:
@@ -148,7 +148,7 @@ class PosePath(Sealed):
         """
         return self.messages.get(self._row(row), "")
 
-    def state(self, row: int) -> ClosedState:
+    def state(self, row: int | np.integer) -> ClosedState:
         """The closed state of a row.
 
         Raises:
@@ -169,7 +169,7 @@ class PosePath(Sealed):
             )
         return verify_closed(self.mechanism, self.q[row])
 
-    def _row(self, row: int) -> int:
+    def _row(self, row: int | np.integer) -> int:
         """The number of a row from the start; as in a list, -1 is the last one."""
         count, k = len(self), whole(row, "a row of a path")
         if not -count <= k < count:

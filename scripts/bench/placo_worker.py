@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import placo  # type: ignore[import-not-found]
@@ -22,7 +23,9 @@ STEPS = 30
 class Loop:
     """A placo solver for one choice of given joints."""
 
-    def __init__(self, setup: dict, held: list[str], *, limits: bool, tolerance: float) -> None:
+    def __init__(
+        self, setup: dict[str, Any], held: list[str], *, limits: bool, tolerance: float
+    ) -> None:
         self.robot = placo.RobotWrapper(setup["urdf"], placo.Flags.ignore_collisions)
         self.solver = placo.KinematicsSolver(self.robot)
         self.solver.mask_fbase(True)
@@ -82,7 +85,7 @@ def main() -> None:
     """Serve cases until stdin ends."""
     with open(sys.argv[1], encoding="utf-8") as file:
         setup = json.load(file)
-    loops: dict[tuple, Loop] = {}
+    loops: dict[tuple[Any, ...], Loop] = {}
     print(json.dumps({"ready": True}), flush=True)
     for line in sys.stdin:
         task = json.loads(line)

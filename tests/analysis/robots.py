@@ -13,6 +13,7 @@ import numpy as np
 from small import X, Y, Z, joint_text, link_text, rpy_of, turn_to
 
 import pinmech as pm
+from pinmech.description.schema import FrameSpec
 
 Vector = Sequence[float] | np.ndarray
 
@@ -21,7 +22,8 @@ class Tree:
     """An open tree grown joint by joint, each at a point [m] and along an axis in base axes."""
 
     def __init__(self, name: str) -> None:
-        self.name, self.parts, self.loops = name, [link_text("base")], []
+        self.name, self.parts = name, [link_text("base")]
+        self.loops: list[str] = []
         self.at: dict[str, np.ndarray] = {"base": np.zeros(3)}
 
     def joint(self, name: str, kind: str, parent: str, child: str, at: Vector, axis: Vector) -> str:
@@ -161,6 +163,7 @@ def side_by_side(one: pm.Mechanism, two_urdf: str, two: pm.Mechanism) -> pm.Mech
         for loop in mechanism.description.loops:
             frames = []
             for frame in loop.frames:
+                assert isinstance(frame, FrameSpec)
                 link = frame.link if frame.link == "base" else prefix + frame.link
                 frames.append(f"{{link: {link}, xyz: {frame.xyz}, rpy: {frame.rpy}}}")
             name, both = prefix + loop.name, ", ".join(frames)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import re
 import struct
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -18,14 +20,15 @@ from pinmech.errors import InputError
 #: A parallelogram: the coupler moves along a circle of the crank's length without turning.
 CRANK, GROUND = 0.1, 0.3
 SPHERE = '<sphere radius="0.02"/>'
+#: Link -> its shapes: geometry and position [m, link axes].
+Shapes = dict[str, list[tuple[str, tuple[float, float, float]]]]
 #: Long shapes from joint to joint, thick enough to overlap at each: what neighbours do.
-BARS = {
+BARS: Shapes = {
     "crank": [(f'<box size="{CRANK} 0.03 0.03"/>', (CRANK / 2, 0, 0))],
     "coupler": [(f'<box size="{GROUND} 0.03 0.03"/>', (GROUND / 2, 0, 0))],
     "rocker": [(f'<box size="{CRANK} 0.03 0.03"/>', (-CRANK / 2, 0, 0))],
     "base": [('<cylinder radius="0.03" length="0.03"/>', (0, 0, 0))],
 }
-Shapes = dict[str, list[tuple[str, tuple[float, float, float]]]]
 
 
 def parallelogram(shapes: Shapes, *, cross: bool = False, crank: float = CRANK) -> pm.Mechanism:
@@ -171,7 +174,7 @@ def test_shapes_of_one_body_do_not_collide_with_each_other() -> None:
 def test_crank_and_rocker_fold_onto_each_other() -> None:
     """Cranks as long as the ground lie on one line when they point along x."""
     bar = f'<box size="{GROUND} 0.02 0.02"/>'
-    long = {
+    long: Shapes = {
         "crank": [(bar, (GROUND / 2, 0.0, 0.0))],
         "rocker": [(bar, (-GROUND / 2, 0.0, 0.0))],
     }
@@ -228,7 +231,9 @@ def test_shipped_mechanisms_are_free_at_home(name: str) -> None:
         ((-0.873, 0.707, -0.836), {"r1", "d2"}),
     ],
 )
-def test_a_shipped_mechanism_free_and_colliding(outputs, links: set[str]) -> None:
+def test_a_shipped_mechanism_free_and_colliding(
+    outputs: tuple[float, float, float], links: set[str]
+) -> None:
     """3-PaUR far from home: rods meet. Colliding pairs are those at a distance of 0 or below."""
     mech = pm.load("spherical_3paur")
     state = pm.inverse(mech, outputs, limits=False).unwrap()
@@ -281,7 +286,9 @@ def with_mesh(folder: Path, content: bytes, name: str = "part.stl", tag: str = "
 
 
 @pytest.mark.parametrize("form", [stl, ascii_stl])
-def test_a_mesh_collides_where_it_is(form, tmp_path: Path) -> None:
+def test_a_mesh_collides_where_it_is(
+    form: Callable[[list[list[float]]], bytes], tmp_path: Path
+) -> None:
     for shift, collides in ((0.0, False), (0.011, True)):  # the ball ends at z = 0.01
         plate = [[x, y, z + shift] for x, y, z in PLATE]
         mech = pm.load(with_mesh(tmp_path, form(plate)))
@@ -295,7 +302,12 @@ def test_a_mesh_collides_where_it_is(form, tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize("tag", ["collision", "visual"])
 def test_a_mesh_whose_numbers_are_none_is_refused(
-    form, number: float, message: str, tag: str, tmp_path: Path, capfd
+    form: Callable[[list[list[float]]], bytes],
+    number: float,
+    message: str,
+    tag: str,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     """When it is loaded, and, should the file change after that, when it is used."""
     good, bad = form(PLATE), form([PLATE[0], [number, 0.0, 0.0], PLATE[2]])
@@ -350,7 +362,7 @@ def test_without_collision_shapes_there_is_no_answer() -> None:
         pm.collisions(parallelogram({}).home)
 
 
-def test_a_shape_that_pinocchio_drops_is_refused(capfd) -> None:
+def test_a_shape_that_pinocchio_drops_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
     """It drops all shapes of a link that has a capsule: half of the collisions would be missed."""
     mech = parallelogram({**BARS, "rocker": [('<capsule radius="0.01" length="0.1"/>', (0, 0, 0))]})
     with pytest.raises(InputError, match="link 'rocker' has a <capsule>"):
@@ -359,7 +371,7 @@ def test_a_shape_that_pinocchio_drops_is_refused(capfd) -> None:
 
 
 @pytest.mark.parametrize("wrong", [None, "home", [0.0, 0.0, 0.0], np.zeros(3)])
-def test_only_a_closed_state_is_taken(wrong) -> None:
+def test_only_a_closed_state_is_taken(wrong: Any) -> None:
     with pytest.raises(InputError):
         pm.collisions(wrong)
 

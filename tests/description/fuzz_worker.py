@@ -35,7 +35,7 @@ TEXTS = [
 ]
 
 
-def places(node: Any, path: tuple = ()) -> list[tuple]:
+def places(node: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     """Where something can be changed: the paths of all entries."""
     found = [path] if path else []
     items = node.items() if isinstance(node, dict) else enumerate(node)

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -588,7 +589,7 @@ def test_not_a_name(value: object) -> None:
 
 
 @pytest.mark.parametrize("pair", [(None, URDF), (DESCRIPTION, None), (b"", b""), (Path(), URDF)])
-def test_texts_must_be_text(pair: tuple) -> None:
+def test_texts_must_be_text(pair: tuple[Any, Any]) -> None:
     with pytest.raises(InputError, match="must be text"):
         pm.from_text(*pair)
 
@@ -720,7 +721,9 @@ def test_no_errors_on_stderr(tmp_path: Path) -> None:
         ("</robot>", "<transmission name='t'><joint name='crank'/></transmission></robot>"),
     ],
 )
-def test_spelling_does_not_change_the_model(old: str, new: str, capfd) -> None:
+def test_spelling_does_not_change_the_model(
+    old: str, new: str, capfd: pytest.CaptureFixture[str]
+) -> None:
     """Not a gram may be lost because of how a number is written."""
     plain, other = (
         pm.from_text(DESCRIPTION, URDF),
@@ -937,11 +940,18 @@ def test_a_folder_is_no_mesh(tmp_path: Path) -> None:
     assert found == [("bars.urdf:6", "mesh 'parts.stl' is a folder; name the file in it")]
 
 
-def test_a_mesh_of_several_shapes_is_read_once(tmp_path: Path, monkeypatch) -> None:
+def test_a_mesh_of_several_shapes_is_read_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "part.stl").write_text("solid x\nvertex 0 0 nan\nendsolid x\n")
     read = []
     real = meshes.mesh_problem
-    monkeypatch.setattr(meshes, "mesh_problem", lambda path: read.append(path) or real(path))
+
+    def counting(path: Path) -> str | None:
+        read.append(path)
+        return real(path)
+
+    monkeypatch.setattr(meshes, "mesh_problem", counting)
     shape = '<visual><geometry><mesh filename="part.stl"/></geometry></visual>'
     urdf = changed(URDF, ('<link name="tip"/>', f'<link name="tip">{shape}{shape}</link>'))
     found = faults(tmp_path, urdf=urdf)
@@ -1012,7 +1022,7 @@ ARM = (
         ('<limit effort="20" velocity="10"/>', "<limit/>"),
     ],
 )
-def test_an_arm_loses_nothing(old: str, new: str, capfd) -> None:
+def test_an_arm_loses_nothing(old: str, new: str, capfd: pytest.CaptureFixture[str]) -> None:
     """Spelling does not change the mass of an arm on the platform, and no limit is no limit."""
     base = pm.from_text(DESCRIPTION, URDF)
     plain, other = base.with_arm(ARM), base.with_arm(changed(ARM, (old, new)))

@@ -55,7 +55,7 @@ def test_every_moving_link_has_a_possible_inertia(tree: Tree) -> None:
 def test_massless_links_are_frames_only(tree: Tree) -> None:
     """A link without inertia hangs on a fixed joint and carries nothing."""
     fixed = {
-        joint.find("child").get("link")  # type: ignore[union-attr]
+        joint.find("child").get("link")
         for joint in tree.root.findall("joint")
         if joint.get("type") == "fixed"
     }

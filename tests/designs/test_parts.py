@@ -25,6 +25,7 @@ from pinmech.designs import (
     solids,
 )
 from pinmech.designs.dimensions import check_dimensions
+from pinmech.designs.hardware import STEEL
 from pinmech.errors import InputError
 
 POINTS = [
@@ -81,7 +82,7 @@ def test_inertia_against_integration(solid: solids.Solid) -> None:
 def test_sum_of_solids_against_pinocchio() -> None:
     bodies = [
         solids.box((0.1, 0.2, -0.1), (0.1, 0.3, 0.2), "base", placements.rotation("x", 0.4)),
-        solids.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base", solids.STEEL),
+        solids.cylinder((0.1, -0.2, 0.3), (0.4, 0.1, -0.2), 0.07, "base", STEEL),
         solids.sphere((0.05, 0.0, -0.1), 0.2),
     ]
     total = pin.Inertia.Zero()
@@ -265,12 +266,12 @@ def test_checks_list_every_bad_value() -> None:
     with pytest.raises(InputError, match=r"positive: a = -1\.0, b = True, gap = 0\.0$"):
         check_dimensions(Sizes(a=-1.0, b=True), may_be_zero=("joint_friction",))
     with pytest.raises(InputError, match=r"positive: a = '1'; must be .* 0: joint_friction = nan"):
-        check_dimensions(Sizes(a="1", joint_friction=math.nan), may_be_zero=free)
+        check_dimensions(Sizes(a="1", joint_friction=math.nan), may_be_zero=free)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"must be finite and at most 1e\+09: a = 2000000000\.0$"):
         check_dimensions(Sizes(a=2e9), may_be_zero=free)
 
 
-EQUIPMENT = {
+EQUIPMENT: dict[str, Callable[..., object]] = {
     "motor": lambda **change: Motor(**{"effort": 1.0, "velocity": 1.0, **change}),
     "passive joint": PassiveJoint,
     "material": lambda **change: Material(**{"density": 1.0, **change}),

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import IO, Any, NoReturn, Self
 
 import numpy as np
 import pytest
@@ -21,7 +22,6 @@ from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.motion.trajectory import Trajectory
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.actuation.sizing.table import SizingTable
-from pinmech.files import atomic
 from pinmech.files.atomic import write_bytes, write_text
 from pinmech.show.plots.torques import save_torque_plots
 
@@ -66,13 +66,13 @@ WRITERS: dict[str, Callable[[SizingTable, Path], object]] = {
 class FullDisk:
     """A stream on which some bytes can still be written."""
 
-    def __init__(self, stream) -> None:
+    def __init__(self, stream: IO[Any]) -> None:
         self.stream = stream
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stream.close()
 
     def write(self, data: bytes) -> int:
@@ -83,7 +83,7 @@ class FullDisk:
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_full_disk_costs_nothing_and_the_error_names_the_file(
-    name: str, table: SizingTable, tmp_path: Path, monkeypatch
+    name: str, table: SizingTable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if name == "paper.md":  # the index is written before it
         WRITERS[name](table, tmp_path)
@@ -95,7 +95,7 @@ def test_a_full_disk_costs_nothing_and_the_error_names_the_file(
     target.write_bytes(b"yesterday's")
     before = sorted(tmp_path.iterdir())
     real = os.fdopen
-    monkeypatch.setattr(atomic.os, "fdopen", lambda *given: FullDisk(real(*given)))
+    monkeypatch.setattr(os, "fdopen", lambda *given: FullDisk(real(*given)))
     with pytest.raises(OSError, match="No space left") as caught:
         WRITERS[key](table, tmp_path)
     assert caught.value.errno == errno.ENOSPC
@@ -109,26 +109,26 @@ def test_a_full_disk_costs_nothing_and_the_error_names_the_file(
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_any_step_may_fail(step: str, tmp_path: Path, monkeypatch) -> None:
+def test_any_step_may_fail(step: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = write_text(tmp_path / "a", "old")
 
-    def fail(*_):
+    def fail(*_: object) -> NoReturn:
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
-    monkeypatch.setattr(atomic.os, step, fail)
+    monkeypatch.setattr(os, step, fail)
     with pytest.raises(OSError, match="cannot be written"):
         write_text(target, "new")
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
 
 
-def test_an_interrupt_leaves_the_old_file(tmp_path: Path, monkeypatch) -> None:
+def test_an_interrupt_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = write_text(tmp_path / "a", "old")
 
-    def interrupted(_):
+    def interrupted(_: object) -> NoReturn:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(atomic.os, "fsync", interrupted)
+    monkeypatch.setattr(os, "fsync", interrupted)
     with pytest.raises(KeyboardInterrupt):
         write_text(target, "new")
     assert target.read_text() == "old"
@@ -137,7 +137,9 @@ def test_an_interrupt_leaves_the_old_file(tmp_path: Path, monkeypatch) -> None:
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no kill -9 here")
 @pytest.mark.parametrize("old", [b"yesterday's", None])
-def test_a_process_killed_in_the_middle_leaves_the_old_file(tmp_path: Path, old) -> None:
+def test_a_process_killed_in_the_middle_leaves_the_old_file(
+    tmp_path: Path, old: bytes | None
+) -> None:
     """Killed when half of the new table has been written."""
     target = tmp_path / "rows.csv"
     if old is not None:
@@ -203,9 +205,9 @@ def _umask() -> int:
     return now
 
 
-def test_a_write_protected_file_is_refused(tmp_path: Path, monkeypatch) -> None:
+def test_a_write_protected_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = write_text(tmp_path / "a", "old")
-    monkeypatch.setattr(atomic.os, "access", lambda *_: False)  # root may write anything
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write anything
     with pytest.raises(PermissionError, match="cannot be written"):
         write_text(target, "new")
     assert target.read_text() == "old"

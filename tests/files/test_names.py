@@ -85,7 +85,11 @@ def test_numbers_do_not_meet_names_that_have_one() -> None:
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_view_writes_into_the_folder_it_is_called_in(
-    name: str, antenna: pm.Mechanism, tmp_path: Path, monkeypatch, capsys
+    name: str,
+    antenna: pm.Mechanism,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     work = tmp_path / "one" / "two"
     work.mkdir(parents=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from .sampling import cranks, disc
 T1 = oracle.TABLE1
 DEG = math.pi / 180.0
 Array = np.ndarray
-SET = {"ball_joint_cone": 30 * DEG, "ball_joint_window": 15 * DEG}
+SET: dict[str, Any] = {"ball_joint_cone": 30 * DEG, "ball_joint_window": 15 * DEG}
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +78,7 @@ def test_the_housing_is_in_the_middle_of_the_window(real: pm.Mechanism) -> None:
 def test_refused_beyond_the_cone_and_only_there(real: pm.Mechanism) -> None:
     poses = disc(0.4, 80, 2)
     worst = stud_angles(poses, HOUSING)
-    inside = (worst <= 30 * DEG).all(axis=1)
+    inside = np.all(worst <= 30 * DEG, axis=1)
     assert 20 < inside.sum() < 60
     for pose, angles, fine in zip(poses, worst, inside, strict=True):
         solution = pm.inverse(real, pose)

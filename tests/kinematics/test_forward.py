@@ -55,13 +55,14 @@ def test_round_trips_around_home(mech: pm.Mechanism, arms: tuple[int, ...]) -> N
         state = pm.inverse(mech, pose).unwrap()
         back = pm.forward(mech, given(angles(state), arms)).unwrap()
         assert back.residual <= 4e-12
-        jac = oracle.jacobians(dim, *pose, angles(state))
+        jac = oracle.jacobians(dim, pose[0], pose[1], angles(state))
         rows = np.stack([jac.alpha, jac.beta], axis=-1)[list(arms)] / (2 * dim.l2 * dim.r)
         weakest = np.linalg.svd(rows, compute_uv=False)[-1]
         np.testing.assert_allclose(pose_of(back), pose, atol=1e-11 / weakest)
         np.testing.assert_allclose(back.q, state.q, atol=1e-10 / weakest)
         if len(arms) == 2:
-            known = oracle.forward_all(dim, *angles(state)[list(arms)], arms)
+            first, second = angles(state)[list(arms)]
+            known = oracle.forward_all(dim, first, second, arms)
             assert np.abs(oracle.wrap(known - pose_of(back))).max(axis=1).min() < 1e-8 / weakest
 
 
@@ -87,7 +88,9 @@ def test_actuators_by_name_or_in_order(antenna: pm.Mechanism) -> None:
 
 def connected(dim: oracle.Dimensions, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Poses up to 90 deg from home in a straight line within reach, and their cranks unwrapped."""
-    rng, poses, theta = np.random.default_rng(seed), [], []
+    rng = np.random.default_rng(seed)
+    poses: list[np.ndarray] = []
+    theta: list[np.ndarray] = []
     fraction = np.linspace(0.0, 1.0, 200)[:, None]
     while len(poses) < count:
         line = fraction * rng.uniform(-np.pi / 2, np.pi / 2, 2)
@@ -103,7 +106,10 @@ def test_three_consistent_arms_are_accepted_beyond_the_singularities_of_pairs(
 ) -> None:
     mech, dim = {"antenna_3rsu": antenna, "antenna_3rsu_wide": wide}[name], DIMENSIONS[name]
     poses, theta = connected(dim, 60, 33)
-    jac, home = oracle.jacobians(dim, *poses.T, theta), oracle.jacobians(dim, 0, 0, theta[0] * 0)
+    jac, home = (
+        oracle.jacobians(dim, poses[:, 0], poses[:, 1], theta),
+        oracle.jacobians(dim, 0, 0, theta[0] * 0),
+    )
     crossed = [
         np.sign(oracle.pair_determinant(jac, *p)) != np.sign(oracle.pair_determinant(home, *p))
         for p in oracle.PAIRS
@@ -131,7 +137,8 @@ def test_contradicting_arms_are_refused_with_the_mismatch(mech: pm.Mechanism) ->
         assert found is not None, solution.message
         blamed = ARMS.index(found[1])
         others = tuple(k for k in range(3) if k != blamed)
-        known = oracle.forward_all(dim, *theta[list(others)], others)
+        first, second = theta[list(others)]
+        known = oracle.forward_all(dim, first, second, others)
         there = known[np.abs(oracle.wrap(known - pose)).max(axis=1).argmin()]
         needed = cranks(dim, there)[0, blamed]
         assert float(found[2]) == pytest.approx(np.rad2deg(theta[blamed]), rel=6e-4)
@@ -192,9 +199,9 @@ def straight_line(
     def equations(x: np.ndarray, pair: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         theta = np.zeros(3)
         theta[chosen] = pair
-        jac = oracle.jacobians(dim, *x, theta)
+        jac = oracle.jacobians(dim, x[0], x[1], theta)
         rows = np.stack([jac.alpha, jac.beta], axis=-1)[chosen]
-        return oracle.closure(dim, *x, theta)[chosen], rows
+        return oracle.closure(dim, x[0], x[1], theta)[chosen], rows
 
     sign = np.sign(np.linalg.det(equations(pose, np.full(2, start))[1]))
     for k in range(1, steps + 1):
@@ -256,7 +263,7 @@ def test_a_line_across_the_locus_is_singular_and_its_ends_differ_in_sign(
     pose = np.array([0.4, -0.4])
     theta = cranks(T1, pose)[0]
     signs = [
-        np.sign(oracle.pair_determinant(oracle.jacobians(T1, *x, cranks(T1, x)[0]), 0, 1))
+        np.sign(oracle.pair_determinant(oracle.jacobians(T1, x[0], x[1], cranks(T1, x)[0]), 0, 1))
         for x in (np.zeros(2), pose)
     ]
     assert signs[0] == -signs[1]
@@ -281,7 +288,7 @@ def test_a_line_straight_through_a_bifurcation_is_singular_though_the_branch_run
     pass there without noticing: the symmetric branch is smooth; the determinant changes sign."""
     dim = oracle.TABLE2
     signs = [
-        np.sign(oracle.pair_determinant(oracle.jacobians(dim, *x, cranks(dim, x)[0]), 1, 2))
+        np.sign(oracle.pair_determinant(oracle.jacobians(dim, x[0], x[1], cranks(dim, x)[0]), 1, 2))
         for x in (np.array([0.0, -0.8]), np.array([0.0, -1.0]))
     ]
     assert signs[0] == -signs[1]

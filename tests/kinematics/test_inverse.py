@@ -100,6 +100,7 @@ def limb_alone(
     """One limb solved by the slow road, in the mode asked for."""
     part = next(part for part in mech.facts.limb_rows if part.limb == name)
     signs = wanted_signs(mech, {name: mode}, mech.home)
+    assert signs is not None
     q = guess.copy()
     q[list(mech.outputs.coordinates)] = pose
     with mech.scratch() as system:

@@ -28,10 +28,10 @@ def antenna_poses(name: str, count: int, seed: int) -> list[np.ndarray]:
     poses = poses[transmission(dim, poses).min(axis=1) > 0.5]
     theta = cranks(dim, poses)
     if columns == 3:
-        rows = oracle.spherical_jacobians(dim, *poses.T, theta)[0]
+        rows = oracle.spherical_jacobians(dim, poses[:, 0], poses[:, 1], poses[:, 2], theta)[0]
         weakest = [np.linalg.svd(rows, compute_uv=False)[:, -1]]
     else:
-        jac = oracle.jacobians(dim, *poses.T, theta)
+        jac = oracle.jacobians(dim, poses[:, 0], poses[:, 1], theta)
         rows = np.stack([jac.alpha, jac.beta], axis=-1)
         weakest = [np.linalg.svd(rows[:, list(p)], compute_uv=False)[:, -1] for p in oracle.PAIRS]
     return list(poses[np.min(weakest, axis=0) > 0.15 * dim.l2 * dim.r][:count])
@@ -250,7 +250,7 @@ def test_rates_of_the_antenna_against_the_closed_form(name: str) -> None:
             state = pm.inverse(mech, pose, mode=dict.fromkeys(ARMS, mode)).unwrap()
             sine = transmission(dim, pose)[0].min()
             theta = cranks(dim, pose, mode)[0]
-            matrix = oracle.rate_matrix(dim, *pose, theta)
+            matrix = oracle.rate_matrix(dim, pose[0], pose[1], theta)
             np.testing.assert_allclose(
                 pm.inverse_jacobian(state), matrix, atol=1e-9 / sine**3, rtol=1e-9
             )
@@ -260,7 +260,7 @@ def test_rates_of_the_antenna_against_the_closed_form(name: str) -> None:
             np.testing.assert_allclose(
                 mech.actuator_rates(v), matrix @ rates, atol=1e-9 / sine**3, rtol=1e-9
             )
-            expected = oracle.arm_accelerations(dim, *pose, theta, rates, accelerations)
+            expected = oracle.arm_accelerations(dim, pose[0], pose[1], theta, rates, accelerations)
             np.testing.assert_allclose(
                 mech.actuator_rates(a), expected, atol=1e-8 / sine**5, rtol=1e-8
             )
@@ -269,7 +269,9 @@ def test_rates_of_the_antenna_against_the_closed_form(name: str) -> None:
 def test_the_spherical_strut_against_the_closed_form(antenna_s: pm.Mechanism) -> None:
     for pose in antenna_poses("antenna_3rsu_s", 10, 46):
         state = pm.inverse(antenna_s, pose).unwrap()
-        by_outputs, by_cranks = oracle.spherical_jacobians(oracle.TABLE1, *pose, angles(state))
+        by_outputs, by_cranks = oracle.spherical_jacobians(
+            oracle.TABLE1, pose[0], pose[1], pose[2], angles(state)
+        )
         expected = -by_outputs / by_cranks[:, None]
         np.testing.assert_allclose(pm.inverse_jacobian(state), expected, atol=1e-9)
         axes = oracle.spherical_rate_axes(*pose[:2])
@@ -284,12 +286,13 @@ def test_type_1_is_refused(antenna: pm.Mechanism) -> None:
         inside = (oracle.reach_margin(oracle.TABLE1, 0.0, middle) >= 0).all()
         low, high = (middle, high) if inside else (low, middle)
     state = pm.inverse(antenna, (0.0, low)).unwrap()
-    for call in (
+    calls: list[Callable[[], object]] = [
         lambda: pm.inverse_jacobian(state),
         lambda: pm.velocity(state, (1.0, 0.0)),
         lambda: pm.acceleration(state, (1.0, 0.0), (0.0, 0.0)),
         lambda: pm.frame_jacobian(state, "rod1"),
-    ):
+    ]
+    for call in calls:
         with pytest.raises(SingularError, match="type 1 singularity") as caught:
             call()
         assert caught.value.kind == "type1"

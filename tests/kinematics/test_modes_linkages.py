@@ -114,7 +114,7 @@ def test_a_limb_with_two_actuators_has_no_label_and_keeps_its_elbow() -> None:
     mech, x = scara_legs(), np.array([0.02, -0.01, 0.015, 0.05, -0.04, 0.1])
     shoulder = [mech.coordinate(f"shoulder{k}") for k in range(3)]
     column = [mech.coordinate(f"column{k}") for k in range(3)]
-    places = []
+    places: list[np.ndarray] = []
     for state in closed_states(mech, x, 60, 3):
         assert [state.mode[f"column{k}"] for k in range(3)] == [None] * 3
         if not any(np.abs(oracle.wrap(state.q - q)).max() < 1e-6 for q in places):

@@ -75,14 +75,14 @@ def test_rows_out_of_reach_are_nan_and_the_path_recovers_in_its_mode(
     antenna: pm.Mechanism, sign: int
 ) -> None:
     dim, poses = DIMENSIONS["antenna_3rsu"], gap_path()
-    within = (margins(dim, poses) >= 0).all(axis=1)
+    within = np.all(margins(dim, poses) >= 0, axis=1)
     assert not within[0]
     assert not within[-1]
     turns = np.flatnonzero(np.diff(within.astype(int)))
     assert len(turns) >= 2
     # Two visits, with a gap between that no continuation can cross.
     poses = np.vstack([poses, poses[::-1] * [1, -1]])
-    within = (margins(dim, poses) >= 0).all(axis=1)
+    within = np.all(margins(dim, poses) >= 0, axis=1)
     path = pm.inverse_path(antenna, poses, mode=dict.fromkeys(ARMS, sign))
     np.testing.assert_array_equal(path.success, within)
     assert set(path.status[within]) == {"ok"}
@@ -172,7 +172,7 @@ def test_forward_path_is_the_inverse_of_inverse_path(mech: pm.Mechanism, drive: 
     path = pm.forward_path(mech, theta[:, list(oracle.DRIVES[drive])], drive=drive)
     assert path.success.all(), path.messages
     assert (path.residual <= 4e-12).all()
-    jac = oracle.jacobians(dim, *poses.T, theta)
+    jac = oracle.jacobians(dim, poses[:, 0], poses[:, 1], theta)
     pairs = [p for p in oracle.PAIRS if set(p) <= set(oracle.DRIVES[drive])]
     best = np.max([np.abs(oracle.pair_determinant(jac, *p)) for p in pairs], axis=0)
     scale = np.abs(oracle.pair_determinant(oracle.jacobians(dim, 0, 0, theta[0] * 0 + 0.5), 0, 1))

@@ -79,7 +79,7 @@ def test_13_to_15_jacobians(antenna: pm.Mechanism, example: pm.ClosedState) -> N
     for state in states:
         found = paper_jacobians(state)
         pose = list(state.outputs.values())
-        expected = oracle.jacobians_closed_form(T1, *pose, angles(state))
+        expected = oracle.jacobians_closed_form(T1, pose[0], pose[1], angles(state))
         for one, other in zip(found, expected, strict=True):
             np.testing.assert_allclose(one, other, atol=1e-13)
         # (17): the model's inverse Jacobian is their quotient.
@@ -90,7 +90,7 @@ def test_13_to_15_jacobians(antenna: pm.Mechanism, example: pm.ClosedState) -> N
 def test_15_as_printed_is_a_misprint(example: pm.ClosedState) -> None:
     """With the printed plus sign in J_3,alpha, (23) would not come out: the erratum is real."""
     pose = list(example.outputs.values())
-    printed = oracle.jacobians_closed_form(T1, *pose, angles(example), as_printed=True)
+    printed = oracle.jacobians_closed_form(T1, pose[0], pose[1], angles(example), as_printed=True)
     wrong = float(oracle.pair_determinant(printed, 1, 2)) * MM2**2
     assert abs(wrong / oracle.EXAMPLE_DET23_MM4 - 1) > 0.1
 
@@ -141,9 +141,11 @@ def test_figure_7_velocities_and_accelerations(antenna: pm.Mechanism) -> None:
         velocity[k] = antenna.actuator_rates(pm.velocity(state, rates))
         acceleration[k] = antenna.actuator_rates(pm.acceleration(state, rates, still))
     np.testing.assert_allclose(
-        velocity, oracle.arm_rates(T1, *poses.T, theta, [rates] * 121), atol=1e-11
+        velocity, oracle.arm_rates(T1, poses[:, 0], poses[:, 1], theta, [rates] * 121), atol=1e-11
     )
-    expected = oracle.arm_accelerations(T1, *poses.T, theta, [rates] * 121, [still] * 121)
+    expected = oracle.arm_accelerations(
+        T1, poses[:, 0], poses[:, 1], theta, [rates] * 121, [still] * 121
+    )
     np.testing.assert_allclose(acceleration, expected, atol=1e-11)
     # The curves belong together: each is the derivative of the one before.
     slope = np.gradient(np.unwrap(path.actuators, axis=0), line, axis=0, edge_order=2)

@@ -263,7 +263,7 @@ def test_answers_do_not_depend_on_the_length(length: float) -> None:
         one, two = (pm.forward(mech, {"j0": 0.15}).unwrap() for mech in (plain, other))
         np.testing.assert_allclose(one.q, two.q, atol=1e-9)
         rates = [pm.velocity(state, {"j0": 1.0}) for state in (one, two)]
-        np.testing.assert_allclose(*rates, rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(rates[0], rates[1], rtol=1e-8, atol=1e-8)
         torques = [
             pm.inverse_dynamics(state, {"j0": 1.0}, {"j0": 2.0}).torques["j0"]
             for state in (one, two)

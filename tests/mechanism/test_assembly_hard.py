@@ -6,6 +6,7 @@ import math
 import re
 import time
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -23,7 +24,7 @@ from pinmech.structure.closures import relative_placement
 from .hard import legs, problem
 
 
-def faults(description: str, urdf: str, **options: float) -> tuple[Fault, ...]:
+def faults(description: str, urdf: str, **options: Any) -> tuple[Fault, ...]:
     with pytest.raises(DescriptionError) as caught:
         pm.from_text(description, urdf, **options)
     return caught.value.faults
@@ -182,7 +183,7 @@ def test_progress_is_reported_and_counts_up() -> None:
 @pytest.mark.parametrize("seconds", [0, -1.0, math.nan, "10", None, True])
 def test_a_budget_is_a_positive_number(seconds: object) -> None:
     with pytest.raises(InputError, match="assembly_seconds"):
-        pm.load("antenna_3rsu", assembly_seconds=seconds)
+        pm.load("antenna_3rsu", assembly_seconds=seconds)  # type: ignore[arg-type]
     assert pm.load("antenna_3rsu", assembly_seconds=math.inf).home.residual < 1e-11
 
 

@@ -138,11 +138,11 @@ def test_rates_and_accelerations(
         mech, state = load(name), solve(name, *pose)
         v, a = pm.velocity(state, rates), pm.acceleration(state, rates, second)
         if name == "decoupled_pf":
-            expected = oracle.pf_rate(pose[1], rates[1])
-            change = oracle.pf_acceleration(pose[1], rates[1], second[1])
+            expected = float(oracle.pf_rate(pose[1], rates[1]))
+            change = float(oracle.pf_acceleration(pose[1], rates[1], second[1]))
         else:
-            expected = oracle.crank_rate(pose[1], pose[1], rates[1])
-            change = oracle.crank_acceleration(pose[1], pose[1], rates[1], second[1])
+            expected = float(oracle.crank_rate(pose[1], pose[1], rates[1]))
+            change = float(oracle.crank_acceleration(pose[1], pose[1], rates[1], second[1]))
         np.testing.assert_allclose(mech.actuator_rates(v), [rates[0], expected], atol=1e-8)
         np.testing.assert_allclose(mech.actuator_rates(a), [second[0], change], atol=1e-6)
         twist = pm.frame_jacobian(state, "platform") @ np.array(rates)

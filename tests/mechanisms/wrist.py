@@ -59,7 +59,8 @@ def angles(state: pm.ClosedState) -> Array:
 
 def rotations(count: int, seed: int, *, slack: float = 0.1) -> Array:
     """(count, 3, 3) random rotations inside the crank range, no w_i near its u_i."""
-    rng, found = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    found: list[Array] = []
     while len(found) < count:
         axis = rng.normal(size=3)
         s = axis / np.linalg.norm(axis) * rng.uniform(0.0, 2.0)

@@ -4,13 +4,17 @@ import subprocess
 import sys
 import warnings
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from pinmech.actuation.motion.profiles import rest_to_rest
 from pinmech.actuation.sizing.case import Case, LoadCase
 from pinmech.actuation.sizing.study import size_actuators
+from pinmech.actuation.sizing.table import SizingTable
 from pinmech.errors import UnknownNameError
 from pinmech.mechanism.assembly import from_text, load
 from pinmech.show.plots.torques import save_torque_plots, torque_figure
@@ -18,7 +22,7 @@ from pinmech.show.report import write_report
 
 
 @pytest.fixture(scope="module")
-def table():
+def table() -> SizingTable:
     mech = load("antenna_3rsu")
     good = rest_to_rest([0, 0], [0.1, 0.1], 5.0, step=0.25)
     bad = rest_to_rest([0, 0], [0.46, -0.256], 20.0, step=0.5)
@@ -26,18 +30,21 @@ def table():
     return size_actuators(Case("t", mech, cases, drives=["12", "123"]))
 
 
-def curves(ax):
-    return {line.get_label(): line for line in ax.get_lines() if line.get_label()[0] != "_"}
+def curves(ax: Axes) -> dict[str, Line2D]:
+    named = {str(line.get_label()): line for line in ax.get_lines()}
+    return {name: line for name, line in named.items() if name[0] != "_"}
 
 
-def test_each_drive_has_a_panel_with_the_torques_of_its_actuators(table) -> None:
+def test_each_drive_has_a_panel_with_the_torques_of_its_actuators(table: SizingTable) -> None:
     figure = torque_figure(table, "a/b")
     assert len(figure.axes) == 2
     for ax, drive in zip(figure.axes, ("12", "123"), strict=True):
         history = table.histories["a/b", drive]
         drawn = curves(ax)
         assert tuple(drawn) == history.actuators
-        assert [t.get_text() for t in ax.get_legend().get_texts()] == list(history.actuators)
+        legend = ax.get_legend()
+        assert legend is not None
+        assert [t.get_text() for t in legend.get_texts()] == list(history.actuators)
         for k, name in enumerate(history.actuators):
             np.testing.assert_array_equal(drawn[name].get_xdata(), history.time)
             np.testing.assert_array_equal(drawn[name].get_ydata(), history.torques[:, k])
@@ -50,7 +57,7 @@ def test_each_drive_has_a_panel_with_the_torques_of_its_actuators(table) -> None
     assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
 
 
-def test_a_curve_that_covers_another_is_narrower(table) -> None:
+def test_a_curve_that_covers_another_is_narrower(table: SizingTable) -> None:
     for ax in torque_figure(table, "a/b").axes:
         drawn = list(curves(ax).values())
         widths = [line.get_linewidth() for line in drawn]
@@ -58,7 +65,7 @@ def test_a_curve_that_covers_another_is_narrower(table) -> None:
         assert all(wide > narrow + 0.5 for wide, narrow in pairwise(widths))
 
 
-def test_a_drive_that_fails_has_its_reason_in_place_of_curves(table) -> None:
+def test_a_drive_that_fails_has_its_reason_in_place_of_curves(table: SizingTable) -> None:
     bad, good = torque_figure(table, "bad").axes
     assert not curves(bad)
     assert [text.get_text().replace("\n", " ") for text in bad.texts] == [
@@ -76,7 +83,7 @@ def test_forces_and_torques_have_panels_of_their_own() -> None:
     assert [list(curves(ax)) for ax in figure.axes] == [["q1"], ["q2"]]
 
 
-def test_files(table, tmp_path) -> None:
+def test_files(table: SizingTable, tmp_path: Path) -> None:
     written = save_torque_plots(table, tmp_path / "new" / "folder")
     names = [path.name for _, path in written]
     assert names == ["torque_t.a_b.png", "torque_t.a_b_2.png", "torque_t.bad.png"]
@@ -90,9 +97,10 @@ def test_files(table, tmp_path) -> None:
         torque_figure(table, "bd")
 
 
-def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path) -> None:
+def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path: Path) -> None:
     """Characters that the font lacks, formulas of mathtext, control characters, a leading _."""
     mech = load("antenna_3rsu")
+    assert mech.path is not None
     text = mech.path.read_text("utf-8")
     for old, new in (
         ("name: antenna_3rsu", 'name: "漢 $\\\\frac{$"'),
@@ -118,10 +126,14 @@ def test_any_name_can_be_drawn_and_nothing_is_warned_of(tmp_path) -> None:
     assert figure.get_suptitle() == "漢 $\\frac{$: 測試 $\\frac$"
     first = figure.axes[0]
     assert first.get_title("left") == "drive $_{$ 漢"
-    assert [t.get_text() for t in first.get_legend().get_texts()] == ["_a$^$", "arm2"]
+    legend = first.get_legend()
+    assert legend is not None
+    assert [t.get_text() for t in legend.get_texts()] == ["_a$^$", "arm2"]
 
 
-def test_a_report_has_all_files_and_the_page_shows_the_plots(table, tmp_path) -> None:
+def test_a_report_has_all_files_and_the_page_shows_the_plots(
+    table: SizingTable, tmp_path: Path
+) -> None:
     files = write_report(table, tmp_path / "out")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(
         path.name for path in files

@@ -5,6 +5,7 @@ import io
 import math
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -79,7 +80,7 @@ def test_numbers_read_well(value: float, text: str) -> None:
     assert significant(value) == text
 
 
-def test_csv_holds_all_digits_and_units(table: SizingTable, tmp_path) -> None:
+def test_csv_holds_all_digits_and_units(table: SizingTable, tmp_path: Path) -> None:
     table.to_csv(tmp_path / "rows.csv")
     table.to_csv(tmp_path / "envelope.csv", envelope=True)
     for name, rows in (("rows.csv", table.rows), ("envelope.csv", table.envelope)):
@@ -99,7 +100,7 @@ def test_csv_holds_all_digits_and_units(table: SizingTable, tmp_path) -> None:
     assert b"nan" not in text
 
 
-def test_markdown(table: SizingTable, tmp_path) -> None:
+def test_markdown(table: SizingTable, tmp_path: Path) -> None:
     text = table.to_markdown(tmp_path / "t.md")
     assert (tmp_path / "t.md").read_text(encoding="utf-8") == text
     lines = [line for line in text.splitlines() if line.startswith("|")]
@@ -120,6 +121,7 @@ FORMULA = '=HYPERLINK("http://x","y")'
 def hostile() -> SizingTable:
     """Names that are formulas, HTML or Markdown, wherever a name can stand."""
     mech = load("antenna_3rsu")
+    assert mech.path is not None
     evil = mech.path.read_text("utf-8")
     for old, new in (
         ('"12"', "'@SUM(1)'"),
@@ -139,7 +141,9 @@ def hostile() -> SizingTable:
     return size_actuators(Case("c", mech, cases, title=title, assumptions=["- [x](y)"]))
 
 
-def test_no_cell_of_the_csv_is_a_formula_and_numbers_are_numbers(hostile, tmp_path) -> None:
+def test_no_cell_of_the_csv_is_a_formula_and_numbers_are_numbers(
+    hostile: SizingTable, tmp_path: Path
+) -> None:
     hostile.to_csv(tmp_path / "rows.csv")
     with (tmp_path / "rows.csv").open(encoding="utf-8", newline="") as stream:
         read = list(csv.DictReader(stream))
@@ -155,9 +159,9 @@ def test_no_cell_of_the_csv_is_a_formula_and_numbers_are_numbers(hostile, tmp_pa
             assert cell == ("" if row.status != "ok" else repr(getattr(row, column.key)))
 
 
-def test_a_note_that_is_a_formula(tmp_path) -> None:
+def test_a_note_that_is_a_formula(tmp_path: Path) -> None:
     row = SizingRow("a", "1", "m", Quantity.ANGLE, status="singular", note="=1+1")
-    negative = SizingRow("a", "1", "n", Quantity.ANGLE, *[-1.5] * 7)
+    negative = SizingRow("a", "1", "n", Quantity.ANGLE, *(-1.5,) * 7)
     table = SizingTable("t", "", "m", (row, negative), (row,), {}, ())
     table.to_csv(tmp_path / "rows.csv")
     lines = (tmp_path / "rows.csv").read_text(encoding="utf-8").splitlines()
@@ -165,7 +169,7 @@ def test_a_note_that_is_a_formula(tmp_path) -> None:
     assert lines[2].startswith("a,1,n,-1.5,-1.5,")
 
 
-def test_no_html_and_no_markup_of_names_in_the_markdown(hostile) -> None:
+def test_no_html_and_no_markup_of_names_in_the_markdown(hostile: SizingTable) -> None:
     text = hostile.to_markdown()
     assert not re.search(r"<\w|</", text)
     assert text.startswith("# &lt;script&gt;alert(0)&lt;/script&gt; {0} \\`a\\`\n")
@@ -176,7 +180,7 @@ def test_no_html_and_no_markup_of_names_in_the_markdown(hostile) -> None:
     assert len(re.findall(r"(?m)^\s*(?:- )?#", text)) == 4
 
 
-def test_no_script_in_the_page(hostile, tmp_path) -> None:
+def test_no_script_in_the_page(hostile: SizingTable, tmp_path: Path) -> None:
     picture = [('" onerror="alert(1)', 'a" onerror="alert(2).png')]
     hostile.to_html(tmp_path / "t.html", figures=picture)
     text = (tmp_path / "t.html").read_text(encoding="utf-8")
@@ -195,12 +199,12 @@ class _Page(HTMLParser):
         super().__init__()
         self.open: list[str] = []
         self.texts: list[str] = []
-        self.images: list[dict] = []
+        self.images: list[dict[str, str | None]] = []
         self.tables = 0
         self.started: set[str] = set()
         self.names: set[str] = set()
 
-    def handle_starttag(self, tag: str, attrs) -> None:
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.started.add(tag)
         self.names |= {name for name, _ in attrs}
         if tag == "img":
@@ -216,7 +220,7 @@ class _Page(HTMLParser):
         self.texts.append(data)
 
 
-def test_html(table: SizingTable, tmp_path) -> None:
+def test_html(table: SizingTable, tmp_path: Path) -> None:
     table.to_html(tmp_path / "t.html", figures=[('say "torque"', "torque_a.png")])
     page = _Page()
     page.feed((tmp_path / "t.html").read_text(encoding="utf-8"))

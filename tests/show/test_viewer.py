@@ -8,6 +8,8 @@ import struct
 import subprocess
 import sys
 import warnings
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -19,31 +21,35 @@ from pinmech.errors import InputError
 from pinmech.show.scene.scene import gap_line
 from pinmech.show.scene.shapes import gap_colour, nice
 from pinmech.show.scene.timing import Timing, joined_rows, paced, time_axis
+from pinmech.show.scene.viewer import Viewer
 from pinmech.structure.closures import Frame, Loop
 
 
 @pytest.fixture(scope="module")
-def path(antenna):
+def path(antenna: pm.Mechanism) -> pm.PosePath:
     values = np.column_stack([np.linspace(-0.2, 0.2, 50), np.linspace(0.1, -0.1, 50)])
     return pm.inverse_path(antenna, values)
 
 
-def place(viewer, node):
+def place(viewer: Viewer, node: str) -> np.ndarray:
     """(4, 4) transform of a node below /meshcat, from the commands."""
     command = viewer.recorder.find(f"/meshcat/{node}", "set_transform")
+    assert command is not None
     return np.array(command["matrix"]).reshape(4, 4).T
 
 
-def prop(viewer, node, name):
-    return viewer.recorder.find(node, "set_property", name)["value"]
+def prop(viewer: Viewer, node: str, name: str) -> Any:
+    command = viewer.recorder.find(node, "set_property", name)
+    assert command is not None
+    return command["value"]
 
 
-def page_commands(html):
+def page_commands(html: str) -> list[dict[str, Any]]:
     blobs = re.findall(r'^"([A-Za-z0-9+/=]+)",?$', html, flags=re.M)
     return [umsgpack.unpackb(base64.b64decode(blob)) for blob in blobs]
 
 
-def floats(ext):
+def floats(ext: umsgpack.Ext) -> np.ndarray:
     return np.array(struct.unpack(f"<{len(ext.data) // 4}f", ext.data))
 
 
@@ -69,7 +75,7 @@ def test_at_home_both_frames_of_each_closure_coincide(name: str) -> None:
     assert len(page_commands(html)) == len(viewer.recorder.commands())
 
 
-def test_an_open_loop_shows_its_gap_in_red(antenna) -> None:
+def test_an_open_loop_shows_its_gap_in_red(antenna: pm.Mechanism) -> None:
     viewer = pm.view(antenna)
     q = np.array(antenna.home.q)
     q[antenna.coordinate("arm1")] += 0.3
@@ -106,7 +112,7 @@ def test_a_closure_is_not_open_where_it_slides(kind: str, gaping: tuple[float, .
     np.testing.assert_allclose(end, second.translation)
 
 
-def test_bodies_stand_where_pinocchio_puts_them(antenna) -> None:
+def test_bodies_stand_where_pinocchio_puts_them(antenna: pm.Mechanism) -> None:
     state = pm.inverse(antenna, {"alpha": 0.2, "beta": -0.1}).unwrap()
     viewer = pm.view(state)
     for link, joint in (("arm1", "arm1"), ("rod3", "rod3_u2")):
@@ -116,9 +122,11 @@ def test_bodies_stand_where_pinocchio_puts_them(antenna) -> None:
     assert len(shapes) == len(viewer.bodies.visual_model.geometryObjects)
 
 
-def test_the_camera_sees_the_whole_mechanism(antenna) -> None:
+def test_the_camera_sees_the_whole_mechanism(antenna: pm.Mechanism) -> None:
     viewer = pm.view(antenna)
-    shift = np.array(viewer.recorder.find("/meshcat", "set_transform")["matrix"]).reshape(4, 4).T
+    turn = viewer.recorder.find("/meshcat", "set_transform")
+    assert turn is not None
+    shift = np.array(turn["matrix"]).reshape(4, 4).T
     camera = "/Cameras/default/rotated/<object>"
     x, z, minus_y = prop(viewer, camera, "position")
     eye = np.array([x, -minus_y, z])
@@ -130,8 +138,9 @@ def test_the_camera_sees_the_whole_mechanism(antenna) -> None:
         assert abs(seen @ up / np.linalg.norm(up)) < -(seen @ away) * np.tan(half)
 
 
-def test_a_mechanism_without_shapes_is_a_stick_figure(antenna) -> None:
+def test_a_mechanism_without_shapes_is_a_stick_figure(antenna: pm.Mechanism) -> None:
     bare = re.sub(r"<visual>.*?</visual>", "", antenna.urdf, flags=re.DOTALL)
+    assert antenna.path is not None
     text = antenna.path.read_text(encoding="utf-8")
     viewer = pm.view(pm.from_text(text, bare))
     sticks = [p for p in viewer.recorder.paths() if "/stick" in p]
@@ -139,7 +148,7 @@ def test_a_mechanism_without_shapes_is_a_stick_figure(antenna) -> None:
     assert not viewer.bodies.visual_model.geometryObjects
 
 
-def test_a_path_is_baked_into_the_page(path, tmp_path) -> None:
+def test_a_path_is_baked_into_the_page(path: pm.PosePath, tmp_path: Path) -> None:
     viewer = pm.view(path, time=np.arange(50) * 0.1, frames=20)
     page = viewer.write_html(tmp_path / "page.html")
     html = page.read_text(encoding="utf-8")
@@ -167,7 +176,7 @@ def test_a_path_is_baked_into_the_page(path, tmp_path) -> None:
     assert "in real time" in html
 
 
-def test_failed_rows_are_left_out_and_reported(antenna) -> None:
+def test_failed_rows_are_left_out_and_reported(antenna: pm.Mechanism) -> None:
     values = np.zeros((30, 2))
     values[:, 0] = np.linspace(0.0, 0.1, 30)
     values[10:14] = [1.5, 0.0]
@@ -183,12 +192,14 @@ def test_failed_rows_are_left_out_and_reported(antenna) -> None:
         if a["path"] == "/meshcat/platform"
     )
     assert np.isfinite(floats(position["values"])).all()
-    pieces = viewer.recorder.find("/meshcat/trace")["object"]["geometries"][0]
+    trace = viewer.recorder.find("/meshcat/trace")
+    assert trace is not None
+    pieces = trace["object"]["geometries"][0]
     points = floats(pieces["data"]["attributes"]["position"]["array"])
     assert len(points) == (29 - 5) * 2 * 3
 
 
-def test_bad_subjects_are_refused(antenna, path) -> None:
+def test_bad_subjects_are_refused(antenna: pm.Mechanism, path: pm.PosePath) -> None:
     other = pm.load("decoupled_pf")
     with pytest.raises(InputError, match="needs a Mechanism"):
         pm.view("antenna_3rsu")  # type: ignore[arg-type]
@@ -229,8 +240,9 @@ endsolid s
 """
 
 
-def with_mesh(antenna, folder, content):
+def with_mesh(antenna: pm.Mechanism, folder: Path, content: str) -> pm.Mechanism:
     """The antenna with a mesh file, of twice the size, for its first shape."""
+    assert antenna.path is not None
     (folder / "part.stl").write_text(content, encoding="utf-8")
     mesh = '<geometry><mesh filename="part.stl" scale="2 2 2"/></geometry>'
     urdf = re.sub(r"<geometry>.*?</geometry>", mesh, antenna.urdf, count=1, flags=re.DOTALL)
@@ -241,21 +253,24 @@ def with_mesh(antenna, folder, content):
     return pm.load(file)
 
 
-def test_meshes_are_read_from_the_folder_of_the_urdf(antenna, tmp_path) -> None:
+def test_meshes_are_read_from_the_folder_of_the_urdf(antenna: pm.Mechanism, tmp_path: Path) -> None:
     viewer = pm.view(with_mesh(antenna, tmp_path, STL))
     shape = viewer.bodies.visual_model.geometryObjects[0]
     node = f"mechanism/visuals/base/{shape.name}"
-    sent = viewer.recorder.find(f"/meshcat/{node}")["object"]["geometries"][0]
-    assert "part.stl" not in str(sent)  # the page holds the mesh itself
+    sent = viewer.recorder.find(f"/meshcat/{node}")
+    assert sent is not None
+    assert "part.stl" not in str(sent["object"]["geometries"][0])  # the page holds the mesh itself
     np.testing.assert_allclose(np.linalg.norm(place(viewer, node)[:3, :3], axis=0), 2.0)
 
 
-def test_a_broken_mesh_is_one_message(antenna, tmp_path) -> None:
+def test_a_broken_mesh_is_one_message(antenna: pm.Mechanism, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="antenna_3rsu cannot be read"):
         pm.view(with_mesh(antenna, tmp_path, "not a mesh"))
 
 
-def test_importing_pinmech_does_not_import_meshcat_and_viewing_prints_nothing(tmp_path) -> None:
+def test_importing_pinmech_does_not_import_meshcat_and_viewing_prints_nothing(
+    tmp_path: Path,
+) -> None:
     code = (
         "import sys, pinmech as pm\n"
         "assert 'meshcat' not in sys.modules and 'rich' not in sys.modules\n"
@@ -286,7 +301,9 @@ def test_a_live_page_follows() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_no_server_is_a_message_not_a_hang(antenna, monkeypatch) -> None:
+def test_no_server_is_a_message_not_a_hang(
+    antenna: pm.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("pinmech.show.scene.recorder._PATIENCE", 200)
     for url in ("tcp://127.0.0.1:9", "not an address"):
         with pytest.raises(InputError, match="no meshcat server answers"):
@@ -317,7 +334,7 @@ def test_timing_stands_still_where_rows_failed() -> None:
     assert joined_rows(success, np.array([3, 4, 7, 8])).tolist() == [True, False, True]
 
 
-def test_one_good_row_is_no_animation(antenna) -> None:
+def test_one_good_row_is_no_animation(antenna: pm.Mechanism) -> None:
     one = pm.inverse_path(antenna, [[0.1, 0.0]])
     viewer = pm.view(one)
     assert not viewer.recorder.animated
@@ -337,7 +354,7 @@ def test_a_late_viewer_skips_poses_but_shows_the_last() -> None:
     assert seen == sorted(set(seen))
 
 
-def test_a_deleted_node_takes_its_children_along(antenna) -> None:
+def test_a_deleted_node_takes_its_children_along(antenna: pm.Mechanism) -> None:
     viewer = pm.view(antenna)
     viewer.meshcat["closures"].delete()
     assert not [p for p in viewer.recorder.paths() if "/closures/" in p]
@@ -345,7 +362,8 @@ def test_a_deleted_node_takes_its_children_along(antenna) -> None:
     assert viewer.meshcat.static_html().startswith("<!DOCTYPE html>")
 
 
-def test_names_from_a_file_are_text_in_the_page(antenna) -> None:
+def test_names_from_a_file_are_text_in_the_page(antenna: pm.Mechanism) -> None:
+    assert antenna.path is not None
     text = antenna.path.read_text(encoding="utf-8")
     evil = text.replace("title: 2-DOF", "title: <script>alert(1)</script> 2-DOF")
     assert evil != text

@@ -69,7 +69,9 @@ def examine(mech: pm.Mechanism, dim: oracle.Dimensions, pose: np.ndarray, tally:
         state = solution.unwrap()
         theta = np.array([state.actuators[name] for name in ARMS])
         sine = np.sqrt(np.maximum(oracle.discriminants(dim, *pose), 0.0)) / (2 * dim.l1 * dim.l2)
-        home, other = (np.abs(oracle.wrap(theta - oracle.inverse(dim, *pose, s))) for s in (-1, 1))
+        home, other = (
+            np.abs(oracle.wrap(theta - oracle.inverse(dim, pose[0], pose[1], s))) for s in (-1, 1)
+        )
         # Within some 1e-6 rad of each other two branches are one, to a closed loop of 1e-12.
         wrong = (other < home) & (sine > 1e-5)
         if wrong.any():

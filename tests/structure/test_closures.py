@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from small import GOOD, four_bar, free_body, parallelogram, slider_crank, spatial
+from small import GOOD, Small, four_bar, free_body, parallelogram, slider_crank, spatial
 
 import pinmech as pm
 from pinmech.equations.scaling import frame_twist
@@ -137,7 +138,13 @@ def make(seed: int, kinds: list[str] = KINDS) -> Case:
     return Case(model, tuple(loops), closed, away, rng.uniform(-1, 1, model.nv))
 
 
-def derivative(function, q: Array, direction: Array, h: float = 2e-3) -> Array:
+def residual_at(system: ClosureSystem, q: Array) -> Array:
+    return system.evaluate(q).residual
+
+
+def derivative(
+    function: Callable[[Array], Array], q: Array, direction: Array, h: float = 2e-3
+) -> Array:
     """Five-point central difference along a direction: exact to some 1e-12."""
     at = {k: np.array(function(q + k * h * direction)) for k in (-2, -1, 1, 2)}
     return (8.0 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12.0 * h)
@@ -200,7 +207,7 @@ def test_each_direction_is_free_or_noticed(kind: str, size: float) -> None:
         closed = closed_relative(kind, rng)
         for direction in range(6):
             moved = displaced(closed, direction, size)
-            found = [np.linalg.norm(residual_of(kind, moved)), gap(loop, moved, LENGTH)]
+            found = [float(np.linalg.norm(residual_of(kind, moved))), gap(loop, moved, LENGTH)]
             if direction in FREE[kind]:
                 assert max(found) < 1e-14, (direction, found)
             elif kind != "universal" or direction < 3:
@@ -217,7 +224,10 @@ def test_universal_notices_only_the_angle_between_its_axes(size: float) -> None:
         second = closed.rotation[:, 2]  # in frame 1, perpendicular to z
         for axis, free in ((second, True), (np.cross([0, 0, 1], second), False)):
             moved = pin.SE3(pin.exp3(size * axis) @ closed.rotation, np.zeros(3))
-            found = [np.linalg.norm(residual_of("universal", moved)), gap(loop, moved, LENGTH)]
+            found = [
+                float(np.linalg.norm(residual_of("universal", moved))),
+                gap(loop, moved, LENGTH),
+            ]
             if free:
                 assert max(found) < 1e-14
             else:
@@ -271,10 +281,7 @@ def test_jacobian_is_the_derivative(kind: str, where: str) -> None:
         system = ClosureSystem(case.model, case.loops, LENGTH)
         q = getattr(case, where)
         expected = np.column_stack(
-            [
-                derivative(lambda x, s=system: s.evaluate(x).residual, q, axis)
-                for axis in np.eye(case.model.nv)
-            ]
+            [derivative(partial(residual_at, system), q, axis) for axis in np.eye(case.model.nv)]
         )
         assert relative_error(system.evaluate(q).jacobian(), expected) < 1e-10, seed
 
@@ -287,7 +294,7 @@ def test_drift_is_the_derivative(kind: str, where: str) -> None:
         system = ClosureSystem(case.model, case.loops, LENGTH)
         q, v = getattr(case, where), 2.0 * case.velocity
 
-        def opening_rate(at: Array, system=system, v=v) -> Array:
+        def opening_rate(at: Array, system: ClosureSystem = system, v: Array = v) -> Array:
             return system.evaluate(at).jacobian() @ v
 
         expected = derivative(opening_rate, q, v)
@@ -310,7 +317,7 @@ def test_smooth_through_half_turns(kind: str) -> None:
             q = np.zeros(3)
             q[axis] = angle
             expected = np.column_stack(
-                [derivative(lambda x, s=system: s.evaluate(x).residual, q, e) for e in np.eye(3)]
+                [derivative(partial(residual_at, system), q, e) for e in np.eye(3)]
             )
             assert relative_error(system.evaluate(q).jacobian(), expected) < 1e-10
             half_a_turn_on = q + 2 * np.pi * np.eye(3)[axis]
@@ -431,7 +438,7 @@ def test_verify_closed_looks_at_every_loop(joint: str, loop: str) -> None:
     ],
     ids=lambda small: small.name,
 )
-def test_assembly_refuses_the_wrong_way_round(small) -> None:
+def test_assembly_refuses_the_wrong_way_round(small: Small) -> None:
     with pytest.raises(DescriptionError, match="opposite directions") as caught:
         small.load()
     assert "loop ring" in str(caught.value)

@@ -81,7 +81,7 @@ def test_what_counts(name: str, antenna: pm.Mechanism) -> None:
     assert not same_geometry(antenna, other)
     state, poses = other.home, [[0.1, 0.05], [0.1, 0.06]]
     actuators = pm.inverse_path(antenna, poses).actuators
-    calls = [
+    calls: list[Callable[[], object]] = [
         lambda: pm.inverse(antenna, poses[0], guess=state),
         lambda: pm.forward(antenna, {"arm1": 0.7, "arm2": 0.7}, guess=state),
         lambda: pm.inverse_path(antenna, poses, guess=state),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from pinmech.errors import InputError
 from pinmech.kinematics.arguments import LARGEST, sensible
@@ -41,8 +41,12 @@ class Payload:
     """
 
     mass: float
-    com: Sequence[float] = (0.0, 0.0, 0.0)
-    inertia: Sequence[Sequence[float]] = ((0.0,) * 3,) * 3
+    com: tuple[float, ...] = (0.0, 0.0, 0.0)
+    inertia: tuple[tuple[float, ...], ...] = ((0.0,) * 3,) * 3
+
+    if TYPE_CHECKING:  # arrays and lists go in, tuples are kept
+
+        def __init__(self, mass: float, com: ArrayLike = ..., inertia: ArrayLike = ...) -> None: ...
 
     def __post_init__(self) -> None:
         mass = _tuple([number(self.mass, "payload mass")], (1,), "payload mass")[0]
@@ -79,9 +83,15 @@ class Loads:
         InputError: wrong shapes, or a number that is not finite or beyond ±1e12.
     """
 
-    gravity: Sequence[float] = (0.0, 0.0, -9.81)
+    gravity: tuple[float, ...] = (0.0, 0.0, -9.81)
     payload: Payload | None = None
-    wrench: Sequence[float] = (0.0,) * 6
+    wrench: tuple[float, ...] = (0.0,) * 6
+
+    if TYPE_CHECKING:  # arrays and lists go in, tuples are kept
+
+        def __init__(
+            self, gravity: ArrayLike = ..., payload: Payload | None = ..., wrench: ArrayLike = ...
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gravity", _tuple(self.gravity, (3,), "gravity"))

@@ -21,9 +21,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_interp_spline
 
 from pinmech.actuation.motion.rotations import canonical, quaternion_rates, quaternions
@@ -86,6 +87,18 @@ class Trajectory(Sealed):
     units: tuple[str, ...] = ()
     kind: str = "joints"
     source: str = ""
+
+    if TYPE_CHECKING:  # lists go in, tuples and arrays are kept
+
+        def __init__(
+            self,
+            names: Sequence[str],
+            time: ArrayLike,
+            values: ArrayLike,
+            units: Sequence[str] = ...,
+            kind: str = ...,
+            source: str = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -203,7 +216,7 @@ class Trajectory(Sealed):
         """
         return self._evaluate(self.time, degree)
 
-    def at(self, time: Array) -> Array:
+    def at(self, time: ArrayLike) -> Array:
         """Outputs (M, n) [rad or m] at times (M,) [s] between the first and the last sample.
 
         They are of the spline of :meth:`derivatives`.

@@ -70,13 +70,13 @@ def test_samples_within_reach_and_a_spline_that_is_not(antenna: pm.Mechanism) ->
     assert pm.inverse_path(antenna, motion.values).success.all()
     dense = np.linspace(0.0, 10.0, 20001)
     reach = margins(T1, motion.at(dense))
-    fails = (reach < 0).any(axis=1)
+    fails = np.any(reach < 0, axis=1)
     assert fails[::20].sum() == 109
     start, row = first_failing(motion, fails, dense)
     arm = int(reach[np.argmax(fails)].argmin()) + 1
     whole = ~fails
     poses = motion.at(dense)[whole]
-    jacobians = oracle.jacobians(T1, *poses.T, cranks(T1, poses))
+    jacobians = oracle.jacobians(T1, poses[:, 0], poses[:, 1], cranks(T1, poses))
     rows = table(antenna, motion)
     assert len(rows) == 9
     for found in rows:
@@ -201,7 +201,7 @@ def distances(poses: Array) -> dict[str, Array]:
     """Drive -> (N,) signed distance to its locus [rad], to first order: det / |grad det|."""
 
     def dets(x: Array) -> list[Array]:
-        jacobians = oracle.jacobians(T2, *x.T, cranks(T2, x))
+        jacobians = oracle.jacobians(T2, x[:, 0], x[:, 1], cranks(T2, x))
         return [oracle.pair_determinant(jacobians, *pair) for pair in oracle.PAIRS]
 
     step = 1e-6 * np.eye(2)
@@ -275,8 +275,8 @@ def test_a_path_in_another_mode_is_examined_in_its_own(wide: pm.Mechanism, mode:
         poses = ends[0] + np.linspace(0, 1, 401)[:, None] * (ends[1] - ends[0])
         if not oracle.reachable(T2, *poses.T).all():
             continue
-        theta = oracle.inverse(T2, *poses.T, branch=-float(mode))
-        far = oracle.jacobians(T2, *poses.T, theta)
+        theta = oracle.inverse(T2, poses[:, 0], poses[:, 1], branch=-float(mode))
+        far = oracle.jacobians(T2, poses[:, 0], poses[:, 1], theta)
         path = pm.inverse_path(wide, ends, mode=arms, limits=False)
         for drive, pair in (("12", (0, 1)), ("13", (0, 2)), ("23", (1, 2))):
             dets = oracle.pair_determinant(far, *pair)
@@ -413,7 +413,7 @@ def test_what_a_smooth_motion_costs(antenna: pm.Mechanism, monkeypatch: pytest.M
     """One pose for each interval, and few more."""
     t = np.linspace(0.0, 20.0, 200)
     values = 0.25 * np.column_stack([np.sin(t), np.cos(0.7 * t)])
-    motion, solved, real = Trajectory(("alpha", "beta"), t, values), [0], between.inverse_path
+    motion, solved, real = Trajectory(("alpha", "beta"), t, values), [0], pm.inverse_path
 
     def counting(mechanism: pm.Mechanism, rows: Array, **options: Any) -> pm.PosePath:
         solved[0] += len(rows)

@@ -162,10 +162,10 @@ def test_statics_against_the_closed_form(antenna: pm.Mechanism, drive: str) -> N
             for force in ((0, 0, 0), (50, -20, 10)):
                 world = pm.Loads(gravity=(0, 0, 0), wrench=(*force, *moment))
                 r = pm.inverse_dynamics(state, (0, 0), (0, 0), drive=drive, loads=world)
-                expected = oracle.holding_torques(T1, *pose, theta, moment, drive)
+                expected = oracle.holding_torques(T1, pose[0], pose[1], theta, moment, drive)
                 near(arrays(antenna, r, drive), expected, 1e-9 if any(moment) else 1.0)
     direction = pm.inverse_dynamics(state, (0, 0), (0, 0)).preload_basis[:, 0]
-    expected = oracle.preload_direction(T1, *pose, theta)
+    expected = oracle.preload_direction(T1, pose[0], pose[1], theta)
     assert abs(direction @ expected) == pytest.approx(1.0, abs=1e-12)
 
 
@@ -444,10 +444,10 @@ def test_malformed_arguments(antenna: pm.Mechanism) -> None:
         {"mass": 1.0, "inertia": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]},
     ):
         with pytest.raises(InputError, match="payload"):
-            pm.Payload(**wrong)  # type: ignore[arg-type]
+            pm.Payload(**wrong)
     for field in ({"gravity": (0, 0)}, {"wrench": (0,) * 5}, {"payload": 3}, {"gravity": "down"}):
         with pytest.raises(InputError):
-            pm.Loads(**field)  # type: ignore[arg-type]
+            pm.Loads(**field)
 
 
 def test_forward_dynamics_at_rest_without_torques_falls(antenna: pm.Mechanism) -> None:

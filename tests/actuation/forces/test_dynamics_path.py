@@ -145,7 +145,7 @@ def test_friction_and_scales_of_the_path_are_the_mechanisms() -> None:
 
 def crossed(dim: oracle.Dimensions, poses: np.ndarray, pair: tuple[int, int]) -> np.ndarray:
     """(N,) signs of the pair's determinant by the oracle."""
-    jac = oracle.jacobians(dim, *poses.T, cranks(dim, poses))
+    jac = oracle.jacobians(dim, poses[:, 0], poses[:, 1], cranks(dim, poses))
     return np.sign(oracle.pair_determinant(jac, *pair))
 
 
@@ -153,7 +153,8 @@ def bent_lines(
     dim: oracle.Dimensions, radius: float, count: int, seed: int, rows: int, between: int
 ) -> list[np.ndarray]:
     """Slightly bent lines of poses within reach, ``between`` poses from row to row."""
-    rng, out = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    out: list[np.ndarray] = []
     t = np.linspace(0, 1, (rows - 1) * between + 1)[:, None]
     while len(out) < count:
         start, end = rng.uniform(-radius, radius, (2, 2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -92,7 +93,7 @@ def test_rows_that_failed_are_not_asked(antenna: pm.Mechanism) -> None:
 def test_success_and_status_agree(path: pm.PosePath) -> None:
     """A row that is ok in one and not in the other would get NaN torques with status ok."""
     for name, value in (("success", False), ("status", "limit")):
-        array = np.array(getattr(path, name))
+        array: Any = np.array(getattr(path, name))
         array[3] = value
         with pytest.raises(InputError, match="row 3 of a path has status"):
             dataclasses.replace(path, **{name: array})
@@ -101,7 +102,7 @@ def test_success_and_status_agree(path: pm.PosePath) -> None:
 def test_a_path_made_by_hand_is_verified(antenna: pm.Mechanism, path: pm.PosePath) -> None:
     """From raw joint values: closed ones are as good as a solver's, open ones are refused."""
     count = len(POSES)
-    parts = {
+    parts: dict[str, Any] = {
         "mechanism": antenna,
         "success": np.ones(count, dtype=bool),
         "status": np.full(count, "ok"),

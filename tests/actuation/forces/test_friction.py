@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from kinematics.loaded import MECHANISMS, loads
@@ -183,7 +185,7 @@ def test_holding_and_breakaway_are_those_of_each_pose_at_rest(antenna: pm.Mechan
             static, ends = [], []
             for state in states:
                 zero = (0.0, 0.0)
-                options = {"drive": drive, "sharing": sharing, "loads": world}
+                options: dict[str, Any] = {"drive": drive, "sharing": sharing, "loads": world}
                 a = pm.inverse_dynamics(state.moved_to(smooth), zero, zero, **options)
                 b = pm.inverse_dynamics(state.moved_to(rough), zero, zero, **options)
                 static.append(list(a.torques.values()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,11 +53,13 @@ def test_one_joint_by_hand() -> None:
     assert r.holding["ja"] == pytest.approx((weight - 0.1234, weight + 0.1234), rel=1e-9)
     # Without friction nothing is open; a moment of the world on the coupler changes nothing here.
     smooth = mech.with_friction({}, only=True)
-    assert still(smooth.home, loads=DOWN_Y).holding == {"ja": pytest.approx((weight, weight))}
+    expected: dict[str, Any] = {"ja": pytest.approx((weight, weight))}
+    assert still(smooth.home, loads=DOWN_Y).holding == expected
     pushed = still(rough.home, loads=pm.Loads((0, -G, 0), wrench=(2.0, 1.0, 0, 0, 0, 7.0)))
     # The force moves the tip of the cranks by (-0.1, 0.05) per radian: the drive resists it.
     middle = weight - (-0.1 * 2.0 + 0.05 * 1.0)
-    assert pushed.holding == {"ja": pytest.approx((middle - 0.1234, middle + 0.1234))}
+    expected = {"ja": pytest.approx((middle - 0.1234, middle + 0.1234))}
+    assert pushed.holding == expected
 
 
 def test_nothing_is_open_while_it_moves_or_is_to_be_accelerated(antenna: pm.Mechanism) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -28,13 +28,14 @@ def _no_warning_stands_for_a_message() -> Iterator[None]:
 @pytest.mark.parametrize("size", [1e308, -1e200, 1.0000001e12])
 def test_absurd_loads_are_refused_by_name(size: float) -> None:
     inertia = np.eye(3) * abs(size)
-    for what, make in {
+    makers: dict[str, Callable[[], object]] = {
         "gravity": lambda: pm.Loads(gravity=(0, 0, size)),
         "wrench": lambda: pm.Loads(wrench=(0, 0, 0, size, 0, 0)),
         "payload mass": lambda: pm.Payload(abs(size)),
         "payload com": lambda: pm.Payload(1.0, (0, size, 0)),
         "payload inertia": lambda: pm.Payload(1.0, inertia=inertia),
-    }.items():
+    }
+    for what, make in makers.items():
         with pytest.raises(InputError, match=rf"{what} is beyond ±1e\+12: check the unit"):
             make()
 

@@ -1,6 +1,8 @@
 """Motion profiles: derivatives, rest at the ends, amplitudes, published peak factors."""
 
 import warnings
+from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -27,7 +29,9 @@ def assert_consistent(profile: Profile) -> None:
     ("name", "speed", "acceleration", "end_jerk"),
     [("poly345", 15 / 8, 10 / np.sqrt(3), 60), ("poly4567", 35 / 16, 84 / 5 / np.sqrt(5), 0)],
 )
-def test_laws_have_their_published_peaks(name, speed, acceleration, end_jerk) -> None:
+def test_laws_have_their_published_peaks(
+    name: str, speed: float, acceleration: float, end_jerk: float
+) -> None:
     s = np.linspace(0, 1, 100_001)
     p, dp, ddp = law(name, s)
     assert (p[0], dp[0], ddp[0]) == (0, 0, 0)
@@ -39,7 +43,7 @@ def test_laws_have_their_published_peaks(name, speed, acceleration, end_jerk) ->
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_rest_to_rest(name: str) -> None:
+def test_rest_to_rest(name: Literal["poly345", "poly4567"]) -> None:
     profile = rest_to_rest([0.1, -0.2], [0.5, -0.2], 8.0, law_name=name, step=0.05)
     assert_consistent(profile)
     assert len(profile.time) == 161
@@ -101,7 +105,7 @@ def test_an_orientation_profile_has_angular_velocities() -> None:
         lambda: rest_to_rest([0], [1], np.inf),
         lambda: rest_to_rest([0], [1], 1, step=2),
         lambda: rest_to_rest([0], [1], 1, step=1e-9),
-        lambda: rest_to_rest([0], [1], 1, law_name="cubic"),
+        lambda: rest_to_rest([0], [1], 1, law_name="cubic"),  # type: ignore[arg-type]
         lambda: sweep([0], [1, 2], [1, 1], 1),
         lambda: sweep([0], [1], [1.5], 1),
         lambda: sweep([0], [1], [-1], 1),
@@ -110,7 +114,7 @@ def test_an_orientation_profile_has_angular_velocities() -> None:
         lambda: sweep([], [], [], 1),
     ],
 )
-def test_bad_arguments_raise(call) -> None:
+def test_bad_arguments_raise(call: Callable[[], Profile]) -> None:
     with pytest.raises(InputError):
         call()
 

@@ -3,6 +3,9 @@
 import importlib
 import warnings
 from pathlib import Path
+from random import Random
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,7 +69,9 @@ def test_quotes_and_blanks_are_fine(tmp_path: Path) -> None:
     st.randoms(use_true_random=False),
     st.floats(-1e9, 1e9),
 )
-def test_written_and_read_again_bit_for_bit(tmp_path_factory, steps, random, start) -> None:
+def test_written_and_read_again_bit_for_bit(
+    tmp_path_factory: pytest.TempPathFactory, steps: list[float], random: Random, start: float
+) -> None:
     time = start + np.cumsum([0.0, *steps])
     if not (np.diff(time) > 0).all():
         return
@@ -118,7 +123,9 @@ HEAD = "time [s],alpha [rad],beta [rad]\n"
         (HEAD + "-2e12,0,0\n1,0,0\n", 2, "time -2e+12 s is beyond"),
     ],
 )
-def test_a_fault_has_its_line_number(tmp_path: Path, text: str | bytes, line: int, part) -> None:
+def test_a_fault_has_its_line_number(
+    tmp_path: Path, text: str | bytes, line: int, part: str
+) -> None:
     with pytest.raises(TrajectoryError) as caught:
         Trajectory.from_csv(write(tmp_path, text))
     (fault,) = [f for f in caught.value.faults if part in f.message]
@@ -144,7 +151,7 @@ def test_a_header_without_units_is_written_out_for_the_outputs(tmp_path: Path) -
 def test_a_name_that_is_a_formula_is_text_in_the_file_and_comes_back(tmp_path: Path) -> None:
     names = ("=a", "-b", "'+c", "'d")
     path = tmp_path / "t.csv"
-    Trajectory(names, [0, 1], [[-1.0, 2, 3, 4], [0, 0, 0, 0]]).to_csv(path)
+    Trajectory(names, [0, 1], [[-1.0, 2, 3, 4], [0.0, 0, 0, 0]]).to_csv(path)
     lines = path.read_text(encoding="utf-8").splitlines()
     assert lines[0] == "time [s],'=a [rad],'-b [rad],''+c [rad],'d [rad]"
     assert lines[1] == "0.0,-1.0,2.0,3.0,4.0"
@@ -152,7 +159,7 @@ def test_a_name_that_is_a_formula_is_text_in_the_file_and_comes_back(tmp_path: P
 
 
 @pytest.mark.parametrize("time", [[0, 1e300], [-1e300, 0], [-1e308, 1e308], [0, 1.1e12]])
-def test_times_beyond_all_measure(time) -> None:
+def test_times_beyond_all_measure(time: list[float]) -> None:
     with pytest.raises(InputError, match=r"within 1e\+12 s"):
         Trajectory(("a",), time, [[0], [1]])
     Trajectory(("a",), [0, 1e12], [[0], [1]])
@@ -166,7 +173,9 @@ def test_times_beyond_all_measure(time) -> None:
         ([0, 1, 2, 3], [[0], [1e308], [-1e308], [1e308]]),
     ],
 )
-def test_derivatives_that_overflow_are_refused(time, values) -> None:
+def test_derivatives_that_overflow_are_refused(
+    time: list[float], values: list[list[float]]
+) -> None:
     trajectory = Trajectory(("a",), time, values)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -240,8 +249,8 @@ def test_columns_are_checked_against_outputs_and_put_in_order(tmp_path: Path) ->
         {"kind": "pointing"},
     ],
 )
-def test_bad_arguments_raise(bad: dict) -> None:
-    good = {"names": ("a", "b"), "time": [0, 1, 2], "values": np.zeros((3, 2))}
+def test_bad_arguments_raise(bad: dict[str, Any]) -> None:
+    good: dict[str, Any] = {"names": ("a", "b"), "time": [0, 1, 2], "values": np.zeros((3, 2))}
     Trajectory(**good)
     with pytest.raises(InputError):
         Trajectory(**(good | bad))
@@ -266,7 +275,9 @@ def uneven(count: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("degree", "orders"), [(5, (5, 4)), (3, (3, 2))])
-def test_order_of_convergence_on_uneven_samples_up_to_the_ends(degree: int, orders) -> None:
+def test_order_of_convergence_on_uneven_samples_up_to_the_ends(
+    degree: int, orders: tuple[int, int]
+) -> None:
     errors = []
     for count in (41, 81, 161):
         t = uneven(count)
@@ -332,7 +343,9 @@ vectors = st.lists(st.floats(-1, 1), min_size=3, max_size=3).map(np.array)
 @given(
     vectors, vectors, vectors, st.sampled_from([0.0, 1e-9, 1e-4, 0.3, 1.0, np.pi, 5.0, 6.3, 9.0])
 )
-def test_orientation_rates_are_those_of_the_rotation(axis, d, dd, angle: float) -> None:
+def test_orientation_rates_are_those_of_the_rotation(
+    axis: np.ndarray, d: np.ndarray, dd: np.ndarray, angle: float
+) -> None:
     """Against finite differences (fourth order) of rotation matrices alone."""
     norm = np.linalg.norm(axis)
     s = axis / norm * angle if norm > 0.1 else np.zeros(3)
@@ -469,12 +482,14 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="module")
-def relay():
+def relay() -> ModuleType:
     pytest.importorskip("sgp4")
     return importlib.import_module("make_relay_trajectory")
 
 
-def test_the_committed_trajectory_is_what_the_script_writes(relay, tmp_path: Path, capsys) -> None:
+def test_the_committed_trajectory_is_what_the_script_writes(
+    relay: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert relay.main(["--check"]) == 0
     text = relay.FILE.read_text()
     row = text.splitlines()[-1]
@@ -484,13 +499,13 @@ def test_the_committed_trajectory_is_what_the_script_writes(relay, tmp_path: Pat
     assert "differs" in capsys.readouterr().out
 
 
-def test_sidereal_time_of_the_textbook(relay) -> None:
+def test_sidereal_time_of_the_textbook(relay: ModuleType) -> None:
     """Vallado, example 3-5: 20 August 1992, 12:14 UT1."""
     angle = relay.gmst(np.array([2448855.0]), np.array([14 / 1440 + 0.0]))
     assert np.degrees(angle)[0] == pytest.approx(152.578787810, abs=1e-7)
 
 
-def test_the_relay_sees_the_station_all_along_the_arc(relay) -> None:
+def test_the_relay_sees_the_station_all_along_the_arc(relay: ModuleType) -> None:
     record = relay.satellite()
     _, comments = relay.arc()
     stored = Trajectory.from_csv(relay.FILE, ANGLES)

@@ -64,6 +64,7 @@ def test_a_good_file(tmp_path: Path) -> None:
     assert case.title == case.mechanism.title
     assert case.drives == ("123", "13")
     assert case.sharing == "min_norm"
+    assert case.payload is not None
     np.testing.assert_array_equal(
         case.payload.inertia, [[0.01, 0, 0], [0, 0.011, 1e-4], [0, 1e-4, 0.012]]
     )
@@ -97,7 +98,9 @@ def test_friction_goes_to_the_joints_that_fit_and_later_entries_win(tmp_path: Pa
 
 
 def test_a_mechanism_file_is_found_beside_the_case(tmp_path: Path) -> None:
-    folder = Path(load("antenna_3rsu").path).parent
+    shipped = load("antenna_3rsu").path
+    assert shipped is not None
+    folder = shipped.parent
     text = (folder / "antenna_3rsu.yaml").read_text()
     text = text.replace("../urdf/", f"{folder.parent / 'urdf'}/").replace(
         "name: antenna_3rsu", "name: other"
@@ -243,6 +246,7 @@ def test_the_shipped_case_slews_to_the_first_point_of_its_trajectory() -> None:
     assert case.drives == ("12", "13", "23", "123")
     assert any("Friction" in text for text in case.assumptions)
     # The payload is the cylinder that the assumptions speak of.
+    assert case.payload is not None
     m, r, h = case.payload.mass, 0.1, 0.12
     np.testing.assert_allclose(
         np.diag(case.payload.inertia), m / 12 * np.array([3 * r**2 + h**2] * 2 + [6 * r**2])

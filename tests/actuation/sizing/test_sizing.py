@@ -22,6 +22,7 @@ from pinmech.errors import InputError
 from pinmech.kinematics.inverse import inverse
 from pinmech.kinematics.path import inverse_path
 from pinmech.mechanism.assembly import load
+from pinmech.mechanism.mechanism import Mechanism
 from pinmech.units import Quantity
 
 ANGLE, LENGTH = Quantity.ANGLE, Quantity.LENGTH
@@ -30,7 +31,7 @@ EARTH = (0.0, 0.0, -9.81)
 
 
 @pytest.fixture(scope="module")
-def antenna():
+def antenna() -> Mechanism:
     return load("antenna_3rsu")
 
 
@@ -87,7 +88,9 @@ def test_a_constant_torque_peaks_at_its_start() -> None:
     st.lists(st.tuples(st.floats(1e-3, 10), st.floats(-9, 9)), min_size=1, max_size=9),
     st.floats(-9, 9),
 )
-def test_the_positive_part_of_a_polyline_is_exact(parts, first: float) -> None:
+def test_the_positive_part_of_a_polyline_is_exact(
+    parts: list[tuple[float, float]], first: float
+) -> None:
     step = np.array([s for s, _ in parts])
     power = np.array([first, *(p for _, p in parts)])
     time = np.cumsum([0.0, *step])
@@ -117,7 +120,7 @@ def test_a_gap_leaves_no_number() -> None:
         (np.zeros((2, 2)),) * 3,
     ],
 )
-def test_bad_histories_raise(arrays) -> None:
+def test_bad_histories_raise(arrays: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
     with pytest.raises(InputError):
         reduce_history(*arrays)
 
@@ -138,7 +141,7 @@ def test_envelope_takes_each_largest_and_fails_with_the_drive() -> None:
 # --- whole cases ------------------------------------------------------------------------------
 
 
-def test_each_number_of_the_table_against_single_states(antenna) -> None:
+def test_each_number_of_the_table_against_single_states(antenna: Mechanism) -> None:
     """Every sample again through ``inverse`` and ``inverse_dynamics``, then numpy by hand."""
     motion = sweep([0.02, 0.0], [0.1, 0.15], [1, 2], 3.0, step=0.05)
     payload = Payload(2.0, (0.01, 0.0, 0.08), np.diag([0.02, 0.03, 0.04]))
@@ -206,11 +209,11 @@ def test_energy_put_in_is_energy_gained_and_dissipated(name: str, goal: list[flo
             assert loss < put_in
 
 
-def inverse_home(mechanism) -> list[float]:
+def inverse_home(mechanism: Mechanism) -> list[float]:
     return list(mechanism.home.outputs.values())
 
 
-def test_statics_scale_with_the_load(antenna) -> None:
+def test_statics_scale_with_the_load(antenna: Mechanism) -> None:
     """A slow motion under a moment alone: doubled moment, doubled torques; redundancy shares."""
     motion = Trajectory(("alpha", "beta"), [0, 1e4], [[0.1, 0.1], [0.1, 0.1 + 1e-9]])
     bare = antenna.with_friction({}, only=True)
@@ -225,7 +228,9 @@ def test_statics_scale_with_the_load(antenna) -> None:
         assert norms["123"] < min(norms["12"], norms["13"], norms["23"])
 
 
-def test_a_singularity_between_samples_and_at_one_is_told_instead_of_a_number(antenna) -> None:
+def test_a_singularity_between_samples_and_at_one_is_told_instead_of_a_number(
+    antenna: Mechanism,
+) -> None:
     # On the way to the paper's singular pose (19) and beyond it, drive 12 fails and 13 does not.
     alpha, beta = np.radians([22.9183, -12.7512])
     beyond = rest_to_rest([0, 0], [1.15 * alpha, 1.15 * beta], 20.0, step=0.37)
@@ -252,7 +257,7 @@ def test_a_singularity_between_samples_and_at_one_is_told_instead_of_a_number(an
     assert table.notes == [f"beyond, drive 12: {bad[0].note}"]
 
 
-def test_a_pose_out_of_reach_is_told_with_its_reason(antenna) -> None:
+def test_a_pose_out_of_reach_is_told_with_its_reason(antenna: Mechanism) -> None:
     far = rest_to_rest([0, 0], [0, -1.4], 10.0, step=0.5)
     table = size_actuators(Case("c", antenna, [LoadCase("far", far, EARTH)]))
     assert {row.status for row in table.rows} == {"unreachable"}
@@ -281,7 +286,7 @@ def test_force_and_torque_of_a_mixed_drive() -> None:
     assert (text.count("| q1 [N·m] |"), text.count("| q2 [N] |")) == (2, 2)
 
 
-def test_progress_counts_up_to_the_end(antenna) -> None:
+def test_progress_counts_up_to_the_end(antenna: Mechanism) -> None:
     calls = []
     motion = rest_to_rest([0, 0], [0.1, 0], 1.0)
     cases = [LoadCase("a", motion), LoadCase("b", motion)]
@@ -318,6 +323,6 @@ def test_the_shipped_case() -> None:
     bare = load("antenna_3rsu").with_friction({}, only=True)
     from pinmech.actuation.sizing.case_file import load_case_file
 
-    case = load_case_file("antenna_relay")
-    frictionless = size_actuators(Case("c", bare, case.load_cases[:1], payload=case.payload))
+    real = load_case_file("antenna_relay")
+    frictionless = size_actuators(Case("c", bare, real.load_cases[:1], payload=real.payload))
     assert max(row.peak_torque for row in frictionless.rows) < 1e-5 < 0.1 < peak["tracking", "123"]
