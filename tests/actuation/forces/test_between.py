@@ -213,7 +213,7 @@ def distances(poses: Array) -> dict[str, Array]:
     }
 
 
-@pytest.mark.parametrize("lines", [80, pytest.param(320, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("lines", [50, pytest.param(320, marks=pytest.mark.slow)])
 def test_no_crossing_is_missed_and_none_is_invented(wide: pm.Mechanism, lines: int) -> None:
     """Random lines and three drives: single and double crossings within one interval. Lines that
     come within 1e-4 rad of the locus without clearly crossing it are left out."""
