@@ -17,6 +17,11 @@ Values = Mapping[str, float] | Sequence[float] | Array
 LARGEST = 1e12
 
 
+#: What surplus actuators may be off at most [rad or characteristic lengths]: beyond that they
+#: contradict each other, whatever the tolerance.
+MOST_OFF = 0.05
+
+
 def sensible(values: Array) -> Array:
     """Bools of the same shape: finite and not beyond :data:`LARGEST`."""
     good: Array = np.abs(values) <= LARGEST
@@ -73,7 +78,7 @@ def asked(
     *,
     limits: object = True,
     mode: object = None,
-    tolerance: float = 1.0,
+    tolerance: float | None = None,
     progress: object = None,
 ) -> Mechanism:
     """The mechanism, once what was asked of it has been checked.
@@ -85,7 +90,8 @@ def asked(
     flag(limits, "limits")
     if mode is not None:
         check_mode(mechanism, mode)
-    positive(tolerance, "tolerance")
+    if tolerance is not None:
+        positive(tolerance, "tolerance", most=MOST_OFF)
     check_progress(progress)
     return mechanism
 

@@ -173,6 +173,8 @@ def test_the_tolerance_decides_what_agrees(antenna: pm.Mechanism) -> None:
     theta = cranks(T1, np.array([0.1, 0.05]))[0] + [0.0, 0.0, 1e-4]
     assert pm.forward(antenna, theta).status == "inconsistent"
     assert pm.forward(antenna, theta, tolerance=1e-3).success
+    with pytest.raises(InputError, match=r"tolerance must be a positive number of at most 0\.05"):
+        pm.forward(antenna, theta, tolerance=1.0)
     assert pm.forward(antenna, theta - [0, 0, 1e-4 - 1e-9]).success
 
 
