@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import lapack
 from small import X, Z, joint_text, link_text
 
 import pinmech as pm
 from pinmech.equations.continuation import _smallest
 from pinmech.equations.limits import wrap_towards
+from pinmech.equations.newton import CLAMP
 from pinmech.equations.starts import starts
+from pinmech.kinematics.near_newton import NearNewton, determinants
+from pinmech.structure.closures import ClosureSystem, Configuration
 
 
 def test_the_smallest_singular_value_leaves_open_directions_out() -> None:
@@ -85,3 +89,36 @@ home: {{theta: 0.0}}
     )
     assert mechanism.home.mode == {"theta": 1, "slide": None}
     assert pm.inverse(mechanism, [0.2]).unwrap().mode["theta"] == 1
+
+
+def test_no_step_of_newton_is_longer_than_its_clamp(antenna: pm.Mechanism) -> None:
+    """From far away a full step would throw the passive joints round; told apart by labels, Newton
+    may take its time, but never more than the clamp at once."""
+    seen: list[np.ndarray] = []
+
+    class Recorder(ClosureSystem):
+        def evaluate(self, q: np.ndarray) -> Configuration:
+            seen.append(q.copy())
+            return super().evaluate(q)
+
+    loops, labels = tuple(antenna.loops.values()), antenna.facts.labels
+    system = Recorder(antenna.model, loops, antenna.length)
+    held = antenna.facts.outputs_held
+    solver = NearNewton(antenna, system, held, signs=labels.home, by_labels=True)
+    q = antenna.home.q + 0.9
+    q[held.held] = [0.2, -0.1]
+    solver.newton(q)
+    steps = np.abs(np.diff(seen, axis=0)).max(axis=1)
+    assert steps.max() <= CLAMP * (1 + 1e-12)
+    assert steps[0] == pytest.approx(CLAMP, rel=1e-9)  # it was needed
+
+
+def test_one_determinant_is_what_many_are() -> None:
+    """The quick form of one matrix, with its row swaps, against numpy."""
+    rng = np.random.default_rng(8)
+    for size in (2, 3, 6, 9):
+        for _ in range(10):
+            a = rng.normal(size=(size, size))
+            lu, pivots, _, _ = lapack.dgesv(a, np.ones(size))
+            many = determinants(lu.diagonal()[None], [pivots])[0]
+            assert many == pytest.approx(np.linalg.det(a), rel=1e-9)

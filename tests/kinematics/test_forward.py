@@ -173,6 +173,15 @@ def test_the_tolerance_decides_what_agrees(antenna: pm.Mechanism) -> None:
     theta = cranks(T1, np.array([0.1, 0.05]))[0] + [0.0, 0.0, 1e-4]
     assert pm.forward(antenna, theta).status == "inconsistent"
     assert pm.forward(antenna, theta, tolerance=1e-3).success
+    # It is an angle that the surplus arm is off by: as near as the three can be brought together,
+    # each takes its part of the 1e-4 rad, and the one that takes most decides.
+    low, high = 1e-6, 1e-3
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        agree = pm.forward(antenna, theta, tolerance=middle).success
+        low, high = (low, middle) if agree else (middle, high)
+    state = pm.forward(antenna, theta, tolerance=1e-3).unwrap()
+    assert high == pytest.approx(np.abs(theta - [*state.actuators.values()]).max(), rel=1e-3)
     with pytest.raises(InputError, match=r"tolerance must be a positive number of at most 0\.05"):
         pm.forward(antenna, theta, tolerance=1.0)
     assert pm.forward(antenna, theta - [0, 0, 1e-4 - 1e-9]).success
