@@ -78,7 +78,7 @@ def asked(
     *,
     limits: object = True,
     mode: object = None,
-    tolerance: float | None = None,
+    tolerance: float = MOST_OFF,
     progress: object = None,
 ) -> Mechanism:
     """The mechanism, once what was asked of it has been checked.
@@ -90,8 +90,7 @@ def asked(
     flag(limits, "limits")
     if mode is not None:
         check_mode(mechanism, mode)
-    if tolerance is not None:
-        positive(tolerance, "tolerance", most=MOST_OFF)
+    positive(tolerance, "tolerance", most=MOST_OFF)
     check_progress(progress)
     return mechanism
 
